@@ -1,0 +1,76 @@
+/* The engine's door: checks a batch and hands it to the kernel of an instruction set. */
+#include "body.h"
+#include "kernels.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static const int32_t most_sites = 1 << 20;
+
+const char *sv_batch_error(const sv_batch *b)
+{
+    if (b->n < 0)
+        return "n is negative";
+    if (b->nx < 1 || b->ny < 1 || b->nz < 1)
+        return "the lattice has no sites";
+    if ((int64_t)b->nx * b->ny > most_sites || (int64_t)b->nx * b->ny * b->nz > most_sites)
+        return "the lattice has more than 2^20 sites";
+    if (!isfinite(b->edge) || b->edge <= 0)
+        return "edge is not a positive number";
+    if (!isfinite(b->settle_time) || b->settle_time < 0)
+        return "settle_time is negative or not finite";
+    if (b->actuation < SV_HOLD || b->actuation > SV_EXPAND_AND_CONTRACT)
+        return "actuation is none of the three modes";
+    if (b->cycles < 1)
+        return "strain has no cycles";
+    if (b->track_samples < 0 || (b->track_samples && b->track_per_cycle < 1))
+        return "the track has a negative number of samples, or none per cycle";
+    if (b->frame_count < 0 || (b->frame_count && b->frame_every < 1))
+        return "there is a negative number of frames, or of steps between them";
+    if (!b->digits || !b->parameters || !b->strain)
+        return "digits, parameters or strain is missing";
+    return NULL;
+}
+
+int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa)
+{
+    switch (isa) {
+    case SV_ISA_PORTABLE:
+        return sv_kernel_bytes_portable(batch);
+#if defined __x86_64__
+    case SV_ISA_AVX2:
+        return sv_kernel_bytes_avx2(batch);
+    case SV_ISA_AVX512:
+        return sv_kernel_bytes_avx512(batch);
+#endif
+    default:
+        return 0;
+    }
+}
+
+int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
+               int32_t isa)
+{
+    if (!sv_isa_supported(isa) || plan->lanes != sv_isa_lanes(isa))
+        return SV_NO_SUCH_ISA;
+    if (sv_batch_error(batch))
+        return SV_BAD_BATCH;
+    switch (isa) {
+#if defined __x86_64__
+    case SV_ISA_AVX2:
+        return sv_kernel_run_avx2(batch, plan, results, progress, workspace);
+    case SV_ISA_AVX512:
+        return sv_kernel_run_avx512(batch, plan, results, progress, workspace);
+#endif
+    default:
+        return sv_kernel_run_portable(batch, plan, results, progress, workspace);
+    }
+}
+
+int32_t sv_step_count(double time_step, double duration)
+{
+    int32_t steps = 0;
+    for (double time = 0; time <= duration; time += time_step)
+        steps++;
+    return steps;
+}

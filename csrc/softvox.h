@@ -1,0 +1,113 @@
+/* softvox: a beam-lattice simulator of soft voxel robots, for batches of designs.
+ *
+ * SI units everywhere: m, kg, s, N, rad. The caller owns all memory. There are no globals, no I/O
+ * and no random numbers: the same batch gives the same bits on every machine, instruction set,
+ * thread count and grouping. */
+#ifndef SOFTVOX_H
+#define SOFTVOX_H
+
+#include <stdint.h>
+
+/* What lies between the two marks is read by the Python binding as it stands: plain C, no macros. */
+/* [binding */
+
+/* How an active voxel's edge follows its pump, target = L(1 + strain sin(2 pi (f t + phase))). */
+enum {
+    SV_HOLD = 0,               /* below L the edge keeps the last value that was above it */
+    SV_CLAMP = 1,              /* the edge is max(target, L) */
+    SV_EXPAND_AND_CONTRACT = 2 /* the edge is the target */
+};
+
+/* What became of a design. */
+enum { SV_OK = 0, SV_DIVERGED = 1 };
+
+/* What a call returns: 0, or why it did nothing. */
+enum { SV_DONE = 0, SV_CANCELLED = 1, SV_BAD_BATCH = 2, SV_NO_SUCH_ISA = 3 };
+
+/* Instruction sets, narrowest first. */
+enum { SV_ISA_PORTABLE = 0, SV_ISA_AVX2 = 1, SV_ISA_AVX512 = 2, SV_ISA_COUNT = 3 };
+
+/* The parameters that each design of a batch has of its own. */
+typedef struct {
+    double youngs_modulus;   /* Pa */
+    double poisson_ratio;    /* 1 */
+    double density;          /* kg/m^3 */
+    double friction_static;  /* 1 */
+    double friction_kinetic; /* 1 */
+    double shear_strength;   /* Pa, interfacial; adds shear_strength * edge^2 to both friction limits */
+    double gravity[3];       /* m/s^2; a tilted floor is a tilted gravity */
+    double damping_link;     /* ratio */
+    double damping_ground;   /* ratio */
+    double damping_global;   /* ratio */
+    double frequency;        /* Hz */
+    double time_step;        /* s */
+    double duration;         /* s */
+} sv_parameters;
+
+/* A batch of designs on one lattice. Site (x, y, z) has index x + nx (y + ny z). */
+typedef struct {
+    int32_t nx, ny, nz;
+    int32_t n;                       /* designs */
+    double edge;                     /* m, resting edge of a voxel */
+    double settle_time;              /* s, actuation and measuring start here */
+    int32_t actuation;               /* SV_HOLD, SV_CLAMP or SV_EXPAND_AND_CONTRACT */
+    int32_t cycles;                  /* rows of strain per design, at least 1; the last row holds */
+    int32_t track_per_cycle;         /* samples of the centre of mass per cycle */
+    int32_t track_samples;           /* rows of the track, 0 for none */
+    int32_t frame_every;             /* steps between frames */
+    int32_t frame_count;             /* rows of the frames, 0 for none */
+    const uint8_t *digits;           /* [n][sites] 0 absent, 1 passive, 2 active */
+    const sv_parameters *parameters; /* [n] */
+    const double *strain;            /* [n][cycles][sites] amplitude; only active voxels use it */
+    const double *phase;             /* [n][sites] cycles, or NULL for zero */
+} sv_batch;
+
+/* Results, written design by design; rows that a design never reaches stay as they were. */
+typedef struct {
+    int32_t *status; /* [n] SV_OK or SV_DIVERGED */
+    int32_t *steps;  /* [n] steps taken */
+    double *start;   /* [n][3] m, centre of mass at the first step after settle_time */
+    double *end;     /* [n][3] m, centre of mass at the first step after duration */
+    double *track;   /* [n][track_samples][3] m from start, or NULL */
+    double *frames;  /* [n][frame_count][sites][8] m, 1, m: position, quaternion wxyz, edge; or NULL */
+} sv_results;
+
+/* Designs that run together, one per lane: lane l of block b is order[b * lanes + l], or -1. */
+typedef struct {
+    int32_t lanes;
+    int32_t blocks;
+    int32_t *order; /* [capacity of blocks][lanes] */
+} sv_plan;
+
+/* Shared by the threads that work on one batch; start with zeros. */
+typedef struct {
+    int32_t next_block; /* the next block that nobody has taken */
+    int32_t done;       /* designs finished */
+    int32_t cancel;     /* set it to 1 and the workers stop soon */
+} sv_progress;
+
+/* The widest instruction set that this machine runs, and whether it runs a given one. */
+int32_t sv_isa_best(void);
+int32_t sv_isa_supported(int32_t isa);
+const char *sv_isa_name(int32_t isa);
+int32_t sv_isa_lanes(int32_t isa);
+
+/* The first thing wrong with a batch, or NULL. */
+const char *sv_batch_error(const sv_batch *batch);
+
+/* Groups designs by body plan. order must hold n * lanes entries; scratch, sv_plan_scratch bytes. */
+int64_t sv_plan_scratch(const sv_batch *batch);
+int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch);
+
+/* Simulates blocks until none is left. Any number of threads may call this at once on one batch,
+ * plan, results and progress, each with a workspace of its own of sv_workspace_bytes. */
+int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa);
+int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
+               int32_t isa);
+
+/* How many steps a run takes: the first time that exceeds duration ends it. */
+int32_t sv_step_count(double time_step, double duration);
+
+/* binding] */
+
+#endif

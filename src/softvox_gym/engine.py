@@ -1,0 +1,288 @@
+"""The one module that touches the C extension: checks what goes in, runs it on threads."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym._engine import ffi, lib
+
+ISA_VARIABLE = "SOFTVOX_ISA"
+POLL_SECONDS = 0.05
+
+Progress = Callable[[int, int], None]
+
+STATUS_NAMES = np.array(["ok", "diverged"])
+ACTUATION_CODES = {
+    "hold": lib.SV_HOLD,
+    "clamp": lib.SV_CLAMP,
+    "expand_and_contract": lib.SV_EXPAND_AND_CONTRACT,
+}
+
+#: One row per design; the fields of sv_parameters in csrc/softvox.h.
+PARAMETERS = np.dtype(
+    [
+        ("youngs_modulus", "f8"),
+        ("poisson_ratio", "f8"),
+        ("density", "f8"),
+        ("friction_static", "f8"),
+        ("friction_kinetic", "f8"),
+        ("shear_strength", "f8"),
+        ("gravity", "f8", 3),
+        ("damping_link", "f8"),
+        ("damping_ground", "f8"),
+        ("damping_global", "f8"),
+        ("frequency_hz", "f8"),
+        ("time_step", "f8"),
+        ("duration", "f8"),
+    ]
+)
+if PARAMETERS.itemsize != ffi.sizeof("sv_parameters"):
+    raise ImportError("softvox_gym._engine was built from another version: build it again")
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What a run needs, as the engine wants it: C-contiguous, sites in index order.
+
+    Parameters
+    ----------
+    shape : (int, int, int)
+        The lattice.
+    digits : ndarray of uint8, shape (n, sites)
+    parameters : ndarray of PARAMETERS, shape (n,)
+    strain : ndarray of float64, shape (n, cycles, sites)
+    phase : ndarray of float64, shape (n, sites), or None
+        Cycles.
+    edge, settle_time : float
+        m, s.
+    actuation : str
+    track_per_cycle, track_samples, frame_every, frame_count : int
+    """
+
+    shape: tuple[int, int, int]
+    digits: NDArray[np.uint8]
+    parameters: NDArray[Any]
+    strain: NDArray[np.float64]
+    phase: NDArray[np.float64] | None
+    edge: float
+    settle_time: float
+    actuation: str
+    track_per_cycle: int
+    track_samples: int
+    frame_every: int
+    frame_count: int
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a run gives, SI; NaN where a design never got there.
+
+    Parameters
+    ----------
+    status : ndarray of int32, shape (n,)
+    steps : ndarray of int32, shape (n,)
+    start, end : ndarray, shape (n, 3)
+        m, centre of mass.
+    track : ndarray, shape (n, track_samples, 3)
+        m from start.
+    frames : ndarray, shape (n, frame_count, sites, 8)
+        m, 1, m: position, quaternion (w, x, y, z), edge.
+    """
+
+    status: NDArray[np.int32]
+    steps: NDArray[np.int32]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    track: NDArray[np.float64]
+    frames: NDArray[np.float64]
+
+
+def isa_names() -> list[str]:
+    """Return the instruction sets that this machine runs, narrowest first."""
+    return [_name(isa) for isa in range(lib.SV_ISA_COUNT) if lib.sv_isa_supported(isa)]
+
+
+def isa_name() -> str:
+    """Return the instruction set in use: the widest, or what SOFTVOX_ISA says.
+
+    Raises
+    ------
+    ValueError
+        Where SOFTVOX_ISA names one that this machine does not run.
+    """
+    return _name(_isa())
+
+
+def _name(isa: int) -> str:
+    text: bytes = ffi.string(lib.sv_isa_name(isa))
+    return text.decode("ascii")
+
+
+def _isa() -> int:
+    wanted = os.environ.get(ISA_VARIABLE)
+    if not wanted:
+        return int(lib.sv_isa_best())
+    for isa in range(lib.SV_ISA_COUNT):
+        if _name(isa) == wanted.lower() and lib.sv_isa_supported(isa):
+            return isa
+    raise ValueError(
+        f"{ISA_VARIABLE}={wanted} is not an instruction set of this machine, "
+        f"which runs {', '.join(isa_names())}"
+    )
+
+
+def default_threads() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def step_count(time_step: float, duration: float) -> int:
+    """Return how many steps a run takes until the time first exceeds the duration."""
+    return int(lib.sv_step_count(time_step, duration))
+
+
+def _pointer(ctype: str, array: NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> Any:
+    """Return a pointer into an array that is exactly what C expects, or raise."""
+    if array.dtype != dtype or array.shape != shape or not array.flags.c_contiguous:
+        raise ValueError(
+            f"the engine expects a C-contiguous {np.dtype(dtype)} array of shape {shape}, "
+            f"got {array.dtype} {array.shape}"
+        )
+    return ffi.cast(ctype, array.ctypes.data)
+
+
+def _c_batch(batch: Batch) -> Any:
+    n, sites = batch.digits.shape
+    cycles = batch.strain.shape[1]
+    c = ffi.new("sv_batch *")
+    c.nx, c.ny, c.nz = batch.shape
+    c.n = n
+    c.edge, c.settle_time = batch.edge, batch.settle_time
+    c.actuation = ACTUATION_CODES[batch.actuation]
+    c.cycles = cycles
+    c.track_per_cycle, c.track_samples = batch.track_per_cycle, batch.track_samples
+    c.frame_every, c.frame_count = batch.frame_every, batch.frame_count
+    c.digits = _pointer("uint8_t *", batch.digits, np.uint8, (n, sites))
+    c.parameters = _pointer("sv_parameters *", batch.parameters, PARAMETERS, (n,))
+    c.strain = _pointer("double *", batch.strain, np.float64, (n, cycles, sites))
+    if batch.phase is not None:
+        c.phase = _pointer("double *", batch.phase, np.float64, (n, sites))
+    message = lib.sv_batch_error(c)
+    if message != ffi.NULL:
+        raise ValueError(ffi.string(message).decode("ascii"))
+    return c
+
+
+def _c_results(output: Output) -> Any:
+    n = len(output.status)
+    c = ffi.new("sv_results *")
+    c.status = _pointer("int32_t *", output.status, np.int32, (n,))
+    c.steps = _pointer("int32_t *", output.steps, np.int32, (n,))
+    c.start = _pointer("double *", output.start, np.float64, (n, 3))
+    c.end = _pointer("double *", output.end, np.float64, (n, 3))
+    c.track = _pointer("double *", output.track, np.float64, output.track.shape)
+    c.frames = _pointer("double *", output.frames, np.float64, output.frames.shape)
+    return c
+
+
+def _memory(size: int) -> tuple[NDArray[np.uint8], Any]:
+    memory = np.empty(size, dtype=np.uint8)
+    return memory, ffi.cast("void *", memory.ctypes.data)
+
+
+def _plan(c_batch: Any, lanes: int) -> tuple[Any, NDArray[np.int32]]:
+    order = np.empty((c_batch.n, lanes), dtype=np.int32)
+    plan = ffi.new("sv_plan *")
+    plan.lanes = lanes
+    plan.order = _pointer("int32_t *", order, np.int32, order.shape)
+    keep, scratch = _memory(lib.sv_plan_scratch(c_batch))
+    _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
+    del keep
+    return plan, order
+
+
+def _expect_done(code: int) -> None:
+    if code != lib.SV_DONE:
+        raise RuntimeError(f"the engine refused a batch it had accepted (code {code})")
+
+
+def run(batch: Batch, *, threads: int | None = None, progress: Progress | None = None) -> Output:
+    """Simulate a batch: one crossing into C per thread.
+
+    Parameters
+    ----------
+    batch : Batch
+    threads : int, optional
+        At most this many; all processors of the process where None.
+    progress : callable (done, total), optional
+        Called from the calling thread now and then, and at the end.
+
+    Returns
+    -------
+    Output
+
+    Raises
+    ------
+    ValueError
+        Where an array is not what C expects, or SOFTVOX_ISA asks for what the machine lacks.
+    KeyboardInterrupt
+        When interrupted; the workers have then stopped.
+    """
+    n, sites = batch.digits.shape
+    isa = _isa()
+    c_batch = _c_batch(batch)
+    plan, order = _plan(c_batch, lib.sv_isa_lanes(isa))
+    output = Output(
+        status=np.zeros(n, dtype=np.int32),
+        steps=np.zeros(n, dtype=np.int32),
+        start=np.full((n, 3), np.nan),
+        end=np.full((n, 3), np.nan),
+        track=np.full((n, batch.track_samples, 3), np.nan),
+        frames=np.full((n, batch.frame_count, sites, 8), np.nan),
+    )
+    results, shared = _c_results(output), ffi.new("sv_progress *")
+    size = lib.sv_workspace_bytes(c_batch, isa)
+    codes: list[int] = []
+
+    def work() -> None:
+        keep, workspace = _memory(size)
+        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa))
+        del keep
+
+    count = min(default_threads() if threads is None else threads, plan.blocks)
+    workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
+    _drive(workers, shared, int(np.count_nonzero(order[: plan.blocks] >= 0)), progress)
+    if len(codes) != count:
+        raise MemoryError(f"a worker could not get its {size} bytes of memory")
+    for code in codes:
+        _expect_done(code)
+    return output
+
+
+def _drive(
+    workers: list[threading.Thread], shared: Any, total: int, progress: Progress | None
+) -> None:
+    """Run the workers to their end; when anything interrupts that, stop them first."""
+    try:
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            while worker.is_alive():
+                worker.join(POLL_SECONDS)
+                if progress is not None:
+                    progress(shared.done, total)
+    except BaseException:
+        shared.cancel = 1
+        for worker in workers:
+            if worker.ident is not None:
+                worker.join()
+        raise

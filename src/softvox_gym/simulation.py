@@ -1,0 +1,310 @@
+"""Simulate a batch of designs: from designs and physics to a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softvox_gym import engine
+from softvox_gym.design import ACTIVE, Design, Shape, stack_of
+from softvox_gym.physics import Physics
+
+#: Cycles by which the last sample of a track may lie past the end of the run (csrc/measure.h).
+SAMPLE_SLACK = 1e-6
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Every voxel of every design, every few steps, as the step begins.
+
+    NaN where a voxel is absent or the run has ended.
+
+    Parameters
+    ----------
+    step : ndarray of int, shape (k,)
+    time : ndarray, shape (n, k)
+        s.
+    position : ndarray, shape (n, k, nx, ny, nz, 3)
+        m, centres of the voxels.
+    quaternion : ndarray, shape (n, k, nx, ny, nz, 4)
+        w, x, y, z.
+    edge : ndarray, shape (n, k, nx, ny, nz)
+        m.
+    """
+
+    step: NDArray[np.int64]
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+    edge: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a batch of designs.
+
+    Parameters
+    ----------
+    designs : ndarray of uint8, shape (n, nx, ny, nz)
+        The digits that were simulated.
+    physics : Physics
+    status : ndarray of str, shape (n,)
+        "ok" or "diverged".
+    displacement : ndarray, shape (n, 3)
+        dx, dy, dz of the centre of mass in voxel widths (cm for the paper's 1 cm voxel), from the
+        end of settling to the end of the run; NaN where diverged, 0 for the empty design.
+    start, end : ndarray, shape (n, 3)
+        Centre of mass, in voxel widths; NaN where diverged or empty.
+    steps : ndarray of int32, shape (n,)
+        Time steps taken.
+    track : ndarray, shape (n, samples, 3), or None
+        The centre of mass in voxel widths from its start, sampled `track` times per cycle, start
+        and end included. NaN past the end of a run that has fewer cycles than another of the batch.
+    frames : Frames or None
+    """
+
+    designs: NDArray[np.uint8]
+    physics: Physics
+    status: NDArray[np.str_]
+    displacement: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    steps: NDArray[np.int32]
+    track: NDArray[np.float64] | None
+    frames: Frames | None
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    @cached_property
+    def fitness(self) -> NDArray[np.float64]:
+        """Horizontal travel sqrt(dx^2 + dy^2) in voxel widths, shape (n,); NaN where diverged."""
+        fitness: NDArray[np.float64] = np.sqrt(
+            self.displacement[:, 0] ** 2 + self.displacement[:, 1] ** 2
+        )
+        return fitness
+
+    def design(self, i: int) -> Design:
+        """Return the i-th design of the batch."""
+        return Design(self.designs[i])
+
+
+def simulate(
+    designs: Any,
+    physics: Physics | None = None,
+    *,
+    strain: ArrayLike | None = None,
+    phase: ArrayLike | None = None,
+    track: int = 0,
+    frames: int = 0,
+    threads: int | None = None,
+    progress: engine.Progress | None = None,
+) -> Result:
+    """Simulate a batch of designs.
+
+    The result of a design depends on the design and its parameters alone: not on the batch, its
+    order, the number of threads, the instruction set or the machine, to the last bit.
+
+    Parameters
+    ----------
+    designs : Design, int, str, sequence of these, or ndarray
+        One design or a batch on one lattice; an (n,) array of numbers or (n, 8) array of digits for
+        the 2x2x2 lattice, or an (n, nx, ny, nz) array of digits indexed [x, y, z].
+    physics : Physics, optional
+        Its arrays hold one value per design. `Physics.published()` where None.
+    strain : array_like, shape (n, nx, ny, nz) or (n, cycles, nx, ny, nz), optional
+        Amplitude of every voxel in place of `physics.strain`, constant or cycle by cycle from the
+        first after settling; a run with more cycles keeps the last. Passive voxels ignore it. A
+        design with an amplitude that is not finite is marked as diverged.
+    phase : array_like, shape (n, nx, ny, nz), optional
+        Phase of every voxel's actuation in cycles; 0 where None. Likewise.
+    track : int
+        Samples of the centre of mass per actuation cycle; 0 for none.
+    frames : int
+        Steps between full frames; 0 for none.
+    threads : int, optional
+        At most this many; all processors of the process where None.
+    progress : callable (done, total), optional
+        Called now and then with the number of designs finished.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    TypeError, ValueError
+        For designs, arrays or options that do not fit, naming the argument.
+
+    Examples
+    --------
+    >>> result = simulate([6453, "20002221"])
+    >>> [f"{fitness:.2f}" for fitness in result.fitness]
+    ['4.66', '4.65']
+    """
+    physics = Physics.published() if physics is None else physics
+    if not isinstance(physics, Physics):
+        raise TypeError(
+            f"physics must be a Physics, got {type(physics).__name__}; Physics.of(...) makes one "
+            "of a preset's name or a dict"
+        )
+    stack = stack_of(designs)
+    _check_count("track", track, least=0)
+    _check_count("frames", frames, least=0)
+    if threads is not None:
+        _check_count("threads", threads, least=1)
+    n = len(stack)
+    if physics.n_designs not in (None, n):
+        raise ValueError(f"physics has arrays for {physics.n_designs} designs, but there are {n}")
+
+    parameters = _parameters(physics, n)
+    batch = engine.Batch(
+        shape=_lattice(stack),
+        digits=_in_site_order(stack),
+        parameters=parameters,
+        strain=_strain(strain, physics, stack),
+        phase=None if phase is None else _in_site_order(_per_voxel("phase", phase, stack)),
+        edge=physics.edge,
+        settle_time=physics.settle_time,
+        actuation=physics.actuation,
+        track_per_cycle=int(track),
+        track_samples=_sample_count(parameters, physics, int(track)),
+        frame_every=int(frames),
+        frame_count=_frame_count(parameters, int(frames)),
+    )
+    return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
+
+
+def _check_count(name: str, value: Any, *, least: int) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} must be a whole number, got {value!r}")
+    if value < least:
+        raise ValueError(f"{name} must be at least {least}, got {value}")
+
+
+def _lattice(stack: NDArray[np.uint8]) -> Shape:
+    _, nx, ny, nz = stack.shape
+    return nx, ny, nz
+
+
+def _in_site_order(values: NDArray[Any]) -> NDArray[Any]:
+    """Flatten the last three axes, indexed [x, y, z], to site indices x + nx (y + ny z)."""
+    *leading, nx, ny, nz = values.shape
+    axes = (*range(len(leading)), *range(values.ndim - 1, len(leading) - 1, -1))
+    return np.ascontiguousarray(values.transpose(axes)).reshape(*leading, nx * ny * nz)
+
+
+def _from_site_order(values: NDArray[Any], shape: Shape, axis: int) -> NDArray[Any]:
+    """Undo `_in_site_order` for the sites at the given axis."""
+    nx, ny, nz = shape
+    split = values.reshape(*values.shape[:axis], nz, ny, nx, *values.shape[axis + 1 :])
+    return split.swapaxes(axis, axis + 2)
+
+
+def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return values as float64 of the stack's shape, perhaps with cycles after the first axis."""
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name} must be an even array of shape {stack.shape}") from None
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be an array of numbers, got {array.dtype} values")
+    if array.shape != stack.shape:
+        n, *sites = array.shape or (0,)
+        by_cycle = name == "strain" and array.ndim == 5
+        if not by_cycle or (n, *sites[1:]) != stack.shape or sites[0] < 1:
+            n, nx, ny, nz = stack.shape
+            also = f" or ({n}, cycles, {nx}, {ny}, {nz})" if name == "strain" else ""
+            raise ValueError(
+                f"{name} must have shape {stack.shape}{also} for these designs, got {array.shape}"
+            )
+    return array.astype(np.float64)
+
+
+def _strain(
+    values: ArrayLike | None, physics: Physics, stack: NDArray[np.uint8]
+) -> NDArray[np.float64]:
+    n, sites = len(stack), stack[0].size if len(stack) else 1
+    if values is None:
+        amplitude = np.broadcast_to(np.asarray(physics.strain), n).reshape(n, 1, 1)
+        return np.repeat(amplitude, sites, axis=2)
+    array = _per_voxel("strain", values, stack)
+    if array.ndim == 4:
+        array = array[:, np.newaxis]
+    _check_contraction(array, physics, stack)
+    return _in_site_order(array)
+
+
+def _check_contraction(
+    strain: NDArray[np.float64], physics: Physics, stack: NDArray[np.uint8]
+) -> None:
+    """Refuse amplitudes that take an edge to zero or below."""
+    used = strain[np.broadcast_to((stack == ACTIVE)[:, np.newaxis], strain.shape)]
+    if np.any(used <= -1) or (physics.actuation == "expand_and_contract" and np.any(used >= 1)):
+        raise ValueError(
+            "strain must be above -1, and below 1 where voxels expand and contract: "
+            "an edge can't shrink to nothing"
+        )
+
+
+def _parameters(physics: Physics, n: int) -> NDArray[Any]:
+    parameters = np.empty(n, dtype=engine.PARAMETERS)
+    for name in engine.PARAMETERS.names or ():
+        value = physics.gravity_vector if name == "gravity" else getattr(physics, name)
+        parameters[name] = value
+    return parameters
+
+
+def _sample_count(parameters: NDArray[Any], physics: Physics, per_cycle: int) -> int:
+    if per_cycle == 0 or len(parameters) == 0:
+        return 0
+    cycles = (parameters["duration"] - physics.settle_time) * parameters["frequency_hz"]
+    return int(np.floor(np.max(cycles) * per_cycle + SAMPLE_SLACK)) + 1
+
+
+def _frame_count(parameters: NDArray[Any], every: int) -> int:
+    if every == 0 or len(parameters) == 0:
+        return 0
+    runs = np.unique(np.stack([parameters["time_step"], parameters["duration"]], axis=1), axis=0)
+    return max(engine.step_count(step, duration) for step, duration in runs) // every + 1
+
+
+def _result(
+    stack: NDArray[np.uint8], physics: Physics, batch: engine.Batch, output: engine.Output
+) -> Result:
+    diverged = output.status != 0
+    empty = ~stack.any(axis=(1, 2, 3))
+    displacement = (output.end - output.start) / physics.edge
+    displacement[empty] = 0.0
+    displacement[diverged] = np.nan
+    output.track[empty] = 0.0
+    for values in (output.start, output.end, output.track):
+        values[diverged] = np.nan
+        values /= physics.edge
+    return Result(
+        designs=stack,
+        physics=physics,
+        status=engine.STATUS_NAMES[output.status],
+        displacement=displacement,
+        start=output.start,
+        end=output.end,
+        steps=output.steps,
+        track=output.track if batch.track_per_cycle else None,
+        frames=_frames(batch, output) if batch.frame_every else None,
+    )
+
+
+def _frames(batch: engine.Batch, output: engine.Output) -> Frames:
+    values = _from_site_order(output.frames, batch.shape, axis=2)
+    step = np.arange(batch.frame_count) * batch.frame_every
+    return Frames(
+        step=step,
+        time=np.multiply.outer(batch.parameters["time_step"], step),
+        position=values[..., :3],
+        quaternion=values[..., 3:7],
+        edge=values[..., 7],
+    )
