@@ -231,7 +231,8 @@ class Physics:
         gravity = np.asarray(self.gravity)
         if gravity.ndim == 2 or gravity.shape == (3,):
             return gravity
-        return gravity[..., np.newaxis] * np.array([0.0, 0.0, 1.0])
+        vector: NDArray[np.float64] = gravity[..., np.newaxis] * np.array([0.0, 0.0, 1.0])
+        return vector
 
     @property
     def time_step(self) -> Parameter:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -161,20 +162,19 @@ def simulate(
     if physics.n_designs not in (None, n):
         raise ValueError(f"physics has arrays for {physics.n_designs} designs, but there are {n}")
 
-    parameters = _parameters(physics, n)
     batch = engine.Batch(
         shape=_lattice(stack),
         digits=_in_site_order(stack),
-        parameters=parameters,
+        parameters=_parameters(physics, n),
         strain=_strain(strain, physics, stack),
         phase=None if phase is None else _in_site_order(_per_voxel("phase", phase, stack)),
         edge=physics.edge,
         settle_time=physics.settle_time,
         actuation=physics.actuation,
         track_per_cycle=int(track),
-        track_samples=_sample_count(parameters, physics, int(track)),
+        track_samples=sample_count(physics, int(track)),
         frame_every=int(frames),
-        frame_count=_frame_count(parameters, int(frames)),
+        frame_count=_frame_count(physics, int(frames)),
     )
     return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
 
@@ -228,7 +228,7 @@ def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArra
 def _strain(
     values: ArrayLike | None, physics: Physics, stack: NDArray[np.uint8]
 ) -> NDArray[np.float64]:
-    n, sites = len(stack), stack[0].size if len(stack) else 1
+    n, sites = len(stack), prod(stack.shape[1:])
     if values is None:
         amplitude = np.broadcast_to(np.asarray(physics.strain), n).reshape(n, 1, 1)
         return np.repeat(amplitude, sites, axis=2)
@@ -259,18 +259,20 @@ def _parameters(physics: Physics, n: int) -> NDArray[Any]:
     return parameters
 
 
-def _sample_count(parameters: NDArray[Any], physics: Physics, per_cycle: int) -> int:
-    if per_cycle == 0 or len(parameters) == 0:
-        return 0
-    cycles = (parameters["duration"] - physics.settle_time) * parameters["frequency_hz"]
-    return int(np.floor(np.max(cycles) * per_cycle + SAMPLE_SLACK)) + 1
+def sample_count(physics: Physics, per_cycle: int) -> int:
+    """Return how many samples the longest track of a batch has."""
+    cycles = np.max(np.asarray(physics.cycles), initial=0.0)
+    return int(np.floor(cycles * per_cycle + SAMPLE_SLACK)) + 1 if per_cycle else 0
 
 
-def _frame_count(parameters: NDArray[Any], every: int) -> int:
-    if every == 0 or len(parameters) == 0:
+def _frame_count(physics: Physics, every: int) -> int:
+    """Return how many frames the longest run of a batch has."""
+    if every == 0:
         return 0
-    runs = np.unique(np.stack([parameters["time_step"], parameters["duration"]], axis=1), axis=0)
-    return max(engine.step_count(step, duration) for step, duration in runs) // every + 1
+    steps, durations = np.broadcast_arrays(physics.time_step, physics.duration)
+    runs = np.unique(np.stack([steps.ravel(), durations.ravel()], axis=1), axis=0)
+    longest = max((engine.step_count(step, duration) for step, duration in runs), default=0)
+    return longest // every + 1
 
 
 def _result(
