@@ -5,7 +5,7 @@
 #include "block.h"
 #include "sine.h"
 
-#define SV_CYCLE_SLACK 1e-6 /* cycles by which actuation may begin before a whole turn and still count as on it */
+#define SV_CYCLE_SLACK 1e-3 /* cycles by which actuation may begin before a whole turn and still count as on it */
 
 SV_INLINE vf whole_below(vf a)
 {

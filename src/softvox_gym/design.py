@@ -157,7 +157,9 @@ class Design:
     def canonical(self, *, reflections: bool = True) -> Design:
         """Return the one design that stands for all that look the same when turned (and mirrored).
 
-        Gravity and the floor look the same from every heading, so all of these travel equally far.
+        Gravity and the floor look the same from every heading, so these travel equally far, but for
+        what the beams' frames make of it (a few thousandths of the way; more where a robot falls
+        over).
 
         Parameters
         ----------
@@ -321,7 +323,12 @@ def stack_of(designs: Any) -> NDArray[np.uint8]:
         return Design(designs).array[np.newaxis]
     if isinstance(designs, np.ndarray) and designs.dtype != object:
         return _stack_of_array(designs)
-    rows = list(designs)
+    try:
+        rows = list(designs)
+    except TypeError:
+        raise TypeError(
+            f"designs must be a design or a batch of designs, got {designs!r}"
+        ) from None
     if not rows:
         return np.zeros((0, *DEFAULT_SHAPE), dtype=np.uint8)
     if all(isinstance(row, (int, np.integer)) for row in rows):

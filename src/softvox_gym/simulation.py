@@ -15,7 +15,7 @@ from softvox_gym.design import ACTIVE, Design, Shape, stack_of
 from softvox_gym.physics import Physics
 
 #: Cycles by which the last sample of a track may lie past the end of the run (csrc/measure.h).
-SAMPLE_SLACK = 1e-6
+SAMPLE_SLACK = 1e-3
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ def _parameters(physics: Physics, n: int) -> NDArray[Any]:
 def sample_count(physics: Physics, per_cycle: int) -> int:
     """Return how many samples the longest track of a batch has."""
     cycles = np.max(np.asarray(physics.cycles), initial=0.0)
-    return int(np.floor(cycles * per_cycle + SAMPLE_SLACK)) + 1 if per_cycle else 0
+    return int(np.floor((cycles + SAMPLE_SLACK) * per_cycle)) + 1 if per_cycle else 0
 
 
 def _frame_count(physics: Physics, every: int) -> int:
