@@ -7,6 +7,18 @@
 
 #define SV_ALIGNMENT 64 /* bytes; the widest vector */
 
+/* Under AddressSanitizer a forbidden gap follows each piece, or it would see one allocation only. */
+#if defined __SANITIZE_ADDRESS__
+#include <sanitizer/asan_interface.h>
+#define SV_GAP SV_ALIGNMENT
+#define SV_FORBID(address, size) ASAN_POISON_MEMORY_REGION(address, size)
+#define SV_ALLOW(address, size) ASAN_UNPOISON_MEMORY_REGION(address, size)
+#else
+#define SV_GAP 0
+#define SV_FORBID(address, size) ((void)(address), (void)(size))
+#define SV_ALLOW(address, size) ((void)(address), (void)(size))
+#endif
+
 typedef struct {
     unsigned char *base;
     size_t used;
@@ -21,9 +33,19 @@ static inline sv_arena sv_arena_in(void *memory)
 
 static inline void *sv_take(sv_arena *arena, size_t count, size_t size)
 {
-    size_t at = arena->used;
-    arena->used += (count * size + SV_ALIGNMENT - 1) / SV_ALIGNMENT * SV_ALIGNMENT;
-    return arena->base ? arena->base + at : NULL;
+    const size_t at = arena->used, bytes = count * size;
+    arena->used += (bytes + SV_GAP + SV_ALIGNMENT - 1) / SV_ALIGNMENT * SV_ALIGNMENT;
+    if (!arena->base)
+        return NULL;
+    SV_ALLOW(arena->base + at, bytes);
+    SV_FORBID(arena->base + at + bytes, arena->used - at - bytes);
+    return arena->base + at;
+}
+
+/* Leaves the memory to its owner. */
+static inline void sv_give_back(const sv_arena *arena)
+{
+    SV_ALLOW(arena->base, arena->used);
 }
 
 /* What to allocate so that the arena fits wherever it starts. */

@@ -33,5 +33,6 @@ builder.set_source(
     '#include "softvox.h"',
     sources=[f"csrc/{name}" for name in SOURCES],
     include_dirs=["csrc"],
+    define_macros=[("SV_FLAGS", '"' + " ".join(FLAGS) + '"')],
     extra_compile_args=list(FLAGS),
 )

@@ -17,6 +17,8 @@ const char *sv_batch_error(const sv_batch *b)
         return "the lattice has more than 2^20 sites";
     if (!isfinite(b->edge) || b->edge <= 0)
         return "edge is not a positive number";
+    if (!isfinite(b->pumped_rest) || b->pumped_rest <= 0)
+        return "pumped_rest is not a positive number";
     if (!isfinite(b->settle_time) || b->settle_time < 0)
         return "settle_time is negative or not finite";
     if (b->actuation < SV_HOLD || b->actuation > SV_EXPAND_AND_CONTRACT)

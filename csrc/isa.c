@@ -1,4 +1,4 @@
-/* Which instruction sets this machine runs. */
+/* Which instruction sets this machine runs, and what the engine was built with. */
 #include "kernels.h"
 
 int32_t sv_isa_supported(int32_t isa)
@@ -37,4 +37,22 @@ int32_t sv_isa_lanes(int32_t isa)
 {
     static const int32_t lanes[SV_ISA_COUNT] = {SV_LANES_PORTABLE, SV_LANES_AVX2, SV_LANES_AVX512};
     return isa >= 0 && isa < SV_ISA_COUNT ? lanes[isa] : 0;
+}
+
+const char *sv_compiler(void)
+{
+#if defined __clang__
+    return "clang " __clang_version__;
+#else
+    return "gcc " __VERSION__;
+#endif
+}
+
+const char *sv_flags(void)
+{
+#if defined SV_FLAGS
+    return SV_FLAGS;
+#else
+    return "";
+#endif
 }

@@ -68,11 +68,29 @@ static bool run_block(block *b, const sv_progress *progress)
 int64_t SV_JOIN(sv_kernel_bytes_, SV_KERNEL)(const sv_batch *batch)
 {
     sv_arena arena = sv_arena_in(NULL);
-    block *b = sv_take(&arena, 1, sizeof *b), none;
-    (void)b;
-    take_block(&none, batch, &arena);
+    block counted;
+    sv_take(&arena, 1, sizeof counted);
+    take_block(&counted, batch, &arena);
     sv_take(&arena, (size_t)sv_sites(lattice_of(batch)), 1);
     return (int64_t)sv_arena_bytes(&arena);
+}
+
+/* Runs blocks that nobody has taken. Returns false when it was cancelled. */
+static bool run_blocks(block *b, const sv_plan *plan, sv_progress *progress, uint8_t *occupied)
+{
+    while (!is_cancelled(progress)) {
+        int32_t next = __atomic_fetch_add(&progress->next_block, 1, __ATOMIC_RELAXED);
+        if (next >= plan->blocks)
+            return true;
+        const int32_t *order = plan->order + (size_t)next * SV_LANES;
+        if (set_block(b, order, occupied) && !run_block(b, progress))
+            return false;
+        int32_t designs = 0;
+        for (int lane = 0; lane < SV_LANES; lane++)
+            designs += order[lane] >= 0;
+        __atomic_fetch_add(&progress->done, designs, __ATOMIC_RELAXED);
+    }
+    return false;
 }
 
 int32_t SV_JOIN(sv_kernel_run_, SV_KERNEL)(const sv_batch *batch, const sv_plan *plan, sv_results *results,
@@ -84,17 +102,7 @@ int32_t SV_JOIN(sv_kernel_run_, SV_KERNEL)(const sv_batch *batch, const sv_plan 
     uint8_t *occupied = sv_take(&arena, (size_t)sv_sites(lattice_of(batch)), 1);
     b->batch = batch;
     b->results = results;
-    while (!is_cancelled(progress)) {
-        int32_t next = __atomic_fetch_add(&progress->next_block, 1, __ATOMIC_RELAXED);
-        if (next >= plan->blocks)
-            return SV_DONE;
-        const int32_t *order = plan->order + (size_t)next * SV_LANES;
-        if (set_block(b, order, occupied) && !run_block(b, progress))
-            break;
-        int32_t designs = 0;
-        for (int lane = 0; lane < SV_LANES; lane++)
-            designs += order[lane] >= 0;
-        __atomic_fetch_add(&progress->done, designs, __ATOMIC_RELAXED);
-    }
-    return SV_CANCELLED;
+    bool finished = run_blocks(b, plan, progress, occupied);
+    sv_give_back(&arena);
+    return finished ? SV_DONE : SV_CANCELLED;
 }

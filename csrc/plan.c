@@ -237,5 +237,6 @@ int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch)
         if (p.groups[g].count > 0)
             fill_mixed_row(&p, plan, g);
     sort_rows(&p, plan);
+    sv_give_back(&arena);
     return SV_DONE;
 }

@@ -11,7 +11,7 @@
 /* What lies between the two marks is read by the Python binding as it stands: plain C, no macros. */
 /* [binding */
 
-/* How an active voxel's edge follows its pump, target = L(1 + strain sin(2 pi (f t + phase))). */
+/* How an active voxel's edge follows its pump, target = L + L strain sin(2 pi (f t + phase)). */
 enum {
     SV_HOLD = 0,               /* below L the edge keeps the last value that was above it */
     SV_CLAMP = 1,              /* the edge is max(target, L) */
@@ -49,6 +49,7 @@ typedef struct {
     int32_t nx, ny, nz;
     int32_t n;                       /* designs */
     double edge;                     /* m, resting edge of a voxel */
+    double pumped_rest;              /* m, edge that an actuated voxel swings about; edge, or edge rounded */
     double settle_time;              /* s, actuation and measuring start here */
     int32_t actuation;               /* SV_HOLD, SV_CLAMP or SV_EXPAND_AND_CONTRACT */
     int32_t cycles;                  /* rows of strain per design, at least 1; the last row holds */
@@ -91,6 +92,10 @@ int32_t sv_isa_best(void);
 int32_t sv_isa_supported(int32_t isa);
 const char *sv_isa_name(int32_t isa);
 int32_t sv_isa_lanes(int32_t isa);
+
+/* The compiler that built this engine, and its flags. */
+const char *sv_compiler(void);
+const char *sv_flags(void);
 
 /* The first thing wrong with a batch, or NULL. */
 const char *sv_batch_error(const sv_batch *batch);

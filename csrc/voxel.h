@@ -77,14 +77,16 @@ SV_INLINE quat turned(quat q, v3 spin, vf half_dt)
     return select_quat(ge(next.w, all(1)), (quat){all(1), zero3()}, next);
 }
 
-/* The edge that the pump asks of a voxel. physics.md 6.6 */
-SV_INLINE vf pumped_edge(vf edge, vf strain, vf sine, double rest, int32_t actuation)
+/* The edge that the pump asks of a voxel. A swing of 0 is a voxel that is passive or not yet actuated:
+ * it rests. physics.md 6.6 */
+SV_INLINE vf pumped_edge(vf edge, vf strain, vf sine, const sv_batch *batch)
 {
-    vf target = rest * (1.0 + strain * sine);
-    if (actuation == SV_HOLD)
-        return select(lt(target, all(rest)) & lt(target, edge), edge, target);
-    if (actuation == SV_CLAMP)
-        return select(gt(target, all(rest)), target, all(rest));
+    const vf rest = all(batch->edge), swing = rest * (strain * sine);
+    const vf target = select(gt(vabs(swing), all(0)), batch->pumped_rest + swing, rest);
+    if (batch->actuation == SV_HOLD)
+        return select(lt(target, rest) & lt(target, edge), edge, target);
+    if (batch->actuation == SV_CLAMP)
+        return select(gt(target, rest), target, rest);
     return target;
 }
 
@@ -110,7 +112,7 @@ SV_INLINE void voxel_step(block *b, int32_t v)
     x->turn = turned(x->turn, x->spin, k->half_dt);
     x->axes = matrix_of(x->turn);
     const pump *p = &b->pumps[b->pump_count > 1 ? v : 0];
-    x->edge = pumped_edge(x->edge, x->strain, p->sine, b->batch->edge, b->batch->actuation);
+    x->edge = pumped_edge(x->edge, x->strain, p->sine, b->batch);
 }
 
 #endif

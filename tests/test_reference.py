@@ -9,6 +9,10 @@ import reference
 from softvox_gym import Design, Physics, simulate
 
 PUBLISHED = Physics.published()
+# How far the authors' engine agrees with itself when it is compiled with other flags, voxel widths.
+SELF_AGREEMENT = 1e-7
+# What differs in their engine where voxels contract as well is not known; it is this small.
+CONTRACTING_AGREEMENT = 2e-7
 AXES = ("dx", "dy", "dz")
 VARIANTS = reference.document("variants.json")
 LATTICES = reference.document("lattices.json")
@@ -28,9 +32,7 @@ def test_all_hundred_published_designs_agree_at_the_two_decimals_printed():
     assert [f"{fitness:.2f}" for fitness in result.fitness] == [row["fitness"] for row in rows]
 
 
-def test_the_landscape_sample_agrees_to_a_millionth_of_a_voxel():
-    # All but one in a hundred, because the authors' engine rounds an edge to single precision,
-    # which moves a few designs by up to 1.1e-5.
+def test_the_landscape_sample_agrees_as_the_authors_engine_does_with_itself():
     rows = [
         row
         for row in reference.rows("landscape_sample.csv")
@@ -38,8 +40,7 @@ def test_the_landscape_sample_agrees_to_a_millionth_of_a_voxel():
     ]
     difference = largest_difference(rows, simulate([int(row["design"]) for row in rows], PUBLISHED))
     assert len(rows) == 629
-    assert np.mean(difference < 1e-6) >= 0.99
-    assert difference.max() < 1.1e-5
+    assert difference.max() < SELF_AGREEMENT
 
 
 def test_linkless_designs_agree_within_what_the_authors_smaller_time_step_makes():
@@ -63,9 +64,22 @@ def test_a_variant_of_the_physics_agrees(name):
     result = simulate([int(row["design"]) for row in rows], physics)
     assert physics.time_step == pytest.approx(float(rows[0]["time_step"]), rel=1e-15)
     assert list(result.steps) == [int(row["steps"]) for row in rows]
-    chaotic = [(name, row["design"]) in reference.CHAOTIC for row in rows]
     difference = largest_difference(rows, result)
-    assert difference[~np.array(chaotic)].max() < 1e-6
+    chaotic = np.array([(name, row["design"]) in reference.CHAOTIC for row in rows])
+    allowed = CONTRACTING_AGREEMENT if name == "both_phases" else SELF_AGREEMENT
+    assert difference[~chaotic].max() < allowed
+
+
+@pytest.mark.parametrize(("variant", "index"), reference.CHAOTIC)
+def test_a_design_whose_fall_rounding_decides_falls_as_far(variant, index):
+    row = next(
+        row
+        for row in reference.rows("variants.csv")
+        if (row["variant"], row["design"]) == (variant, index)
+    )
+    result = simulate(int(index), replace(PUBLISHED, **VARIANTS[variant]))
+    fitness = np.hypot(float(row["dx"]), float(row["dy"]))
+    assert abs(result.fitness[0] - fitness) < reference.CHAOTIC[variant, index]
 
 
 @pytest.mark.parametrize("case", LATTICES, ids=[case["name"] for case in LATTICES])
@@ -78,7 +92,7 @@ def test_another_lattice_or_phases_agree(case):
     result = simulate(design, physics, phase=phase)
     assert result.steps[0] == case["steps"]
     np.testing.assert_allclose(
-        result.displacement[0], [case[axis] for axis in AXES], rtol=0, atol=1e-6
+        result.displacement[0], [case[axis] for axis in AXES], rtol=0, atol=SELF_AGREEMENT
     )
 
 
@@ -95,9 +109,11 @@ def test_a_trajectory_agrees_voxel_by_voxel(name):
     # 6453 falls over late, and rounding decides how; until then it agrees like the others.
     judged = step < (5000 if name == "6453" else np.inf)
     ours = frames.position[0, step, x, y, z]
-    np.testing.assert_allclose(ours[judged], position[judged], rtol=0, atol=1e-8)
-    # The authors' engine rounds an actuated edge's resting length to single precision.
-    np.testing.assert_allclose(frames.edge[0, step, x, y, z], edge, rtol=1e-7)
+    np.testing.assert_allclose(
+        ours[judged], position[judged], rtol=0, atol=SELF_AGREEMENT * PUBLISHED.edge
+    )
+    # Edges are printed to 14 digits.
+    np.testing.assert_allclose(frames.edge[0, step, x, y, z], edge, rtol=1e-13)
     np.testing.assert_allclose(
         frames.time[0, step], [float(row["time"]) for row in rows], rtol=1e-10
     )

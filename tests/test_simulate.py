@@ -281,6 +281,7 @@ def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
         strain=np.zeros((1, 1, 8)),
         phase=None,
         edge=0.01,
+        pumped_rest=0.01,
         settle_time=0.25,
         actuation="hold",
         track_per_cycle=0,
@@ -299,11 +300,12 @@ def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
             engine.run(replace(batch, **bad))
     for bad in (
         {"edge": np.nan},
+        {"pumped_rest": 0.0},
         {"settle_time": -1.0},
         {"track_samples": -1},
         {"shape": (0, 2, 4)},
     ):
-        with pytest.raises(ValueError, match=r"edge|settle_time|track|lattice"):
+        with pytest.raises(ValueError, match=r"edge|pumped_rest|settle_time|track|lattice"):
             engine.run(replace(batch, **bad))
 
 
@@ -315,6 +317,7 @@ def test_parameters_that_no_run_can_end_with_are_marked():
         strain=np.zeros((3, 1, 8)),
         phase=None,
         edge=0.01,
+        pumped_rest=0.01,
         settle_time=0.25,
         actuation="hold",
         track_per_cycle=0,

@@ -60,8 +60,8 @@ class Batch:
     strain : ndarray of float64, shape (n, cycles, sites)
     phase : ndarray of float64, shape (n, sites), or None
         Cycles.
-    edge, settle_time : float
-        m, s.
+    edge, pumped_rest, settle_time : float
+        m, m, s.
     actuation : str
     track_per_cycle, track_samples, frame_every, frame_count : int
     """
@@ -72,6 +72,7 @@ class Batch:
     strain: NDArray[np.float64]
     phase: NDArray[np.float64] | None
     edge: float
+    pumped_rest: float
     settle_time: float
     actuation: str
     track_per_cycle: int
@@ -120,9 +121,23 @@ def isa_name() -> str:
     return _name(_isa())
 
 
+def compiler() -> str:
+    """Return the compiler that built the engine, with its version."""
+    return _text(lib.sv_compiler())
+
+
+def compiler_flags() -> str:
+    """Return the flags that the engine was compiled with."""
+    return _text(lib.sv_flags())
+
+
+def _text(c_string: Any) -> str:
+    text: bytes = ffi.string(c_string)
+    return text.decode()
+
+
 def _name(isa: int) -> str:
-    text: bytes = ffi.string(lib.sv_isa_name(isa))
-    return text.decode("ascii")
+    return _text(lib.sv_isa_name(isa))
 
 
 def _isa() -> int:
@@ -166,7 +181,7 @@ def _c_batch(batch: Batch) -> Any:
     c = ffi.new("sv_batch *")
     c.nx, c.ny, c.nz = batch.shape
     c.n = n
-    c.edge, c.settle_time = batch.edge, batch.settle_time
+    c.edge, c.pumped_rest, c.settle_time = batch.edge, batch.pumped_rest, batch.settle_time
     c.actuation = ACTUATION_CODES[batch.actuation]
     c.cycles = cycles
     c.track_per_cycle, c.track_samples = batch.track_per_cycle, batch.track_samples
@@ -178,7 +193,7 @@ def _c_batch(batch: Batch) -> Any:
         c.phase = _pointer("double *", batch.phase, np.float64, (n, sites))
     message = lib.sv_batch_error(c)
     if message != ffi.NULL:
-        raise ValueError(ffi.string(message).decode("ascii"))
+        raise ValueError(_text(message))
     return c
 
 

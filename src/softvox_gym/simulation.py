@@ -169,6 +169,7 @@ def simulate(
         strain=_strain(strain, physics, stack),
         phase=None if phase is None else _in_site_order(_per_voxel("phase", phase, stack)),
         edge=physics.edge,
+        pumped_rest=physics.pumped_rest,
         settle_time=physics.settle_time,
         actuation=physics.actuation,
         track_per_cycle=int(track),
