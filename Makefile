@@ -1,0 +1,64 @@
+# make landscape   set everything up, and simulate all 6561 designs
+# make test        set everything up, and run the tests
+PYTHON ?= python3
+VENV ?= .venv
+OUT ?= landscape
+BIN := $(VENV)/bin
+SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
+WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -fsyntax-only
+
+.PHONY: landscape test verify lint sanitize benchmark picture sdist clean
+
+landscape: $(VENV)/installed
+	$(BIN)/softvox landscape --out $(OUT)
+
+test: $(VENV)/installed
+	$(BIN)/python -m pytest
+
+verify: $(VENV)/installed
+	$(BIN)/softvox verify
+
+$(VENV)/installed: pyproject.toml setup.py setup.cfg $(SOURCES)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "softvox-gym needs Python 3.11 or later: make PYTHON=python3.11 ..."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@touch $@
+
+$(VENV)/linters: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[lint]'
+	@touch $@
+
+lint: $(VENV)/linters
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run -Werror csrc/*.c csrc/*.h benchmarks/*.c
+	for compiler in $${COMPILERS:-gcc}; do \
+		for file in csrc/*.c; do $$compiler $(WARNINGS) $$file || exit 1; done; done
+
+# The engine's tests under AddressSanitizer and UndefinedBehaviorSanitizer, in an environment of
+# its own, built from the source distribution.
+SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=all
+sanitize: sdist
+	$(PYTHON) -m venv --clear $(VENV)-sanitize
+	CFLAGS="$(SANITIZERS) -g -O1" $(VENV)-sanitize/bin/python -m pip install --quiet \
+		--no-cache-dir "$$(ls dist/softvox_gym-*.tar.gz)[test]"
+	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
+		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
+		tests/test_bits.py tests/test_laws.py tests/test_simulate.py tests/test_vector_env.py
+
+sdist: $(VENV)/installed
+	rm -rf dist
+	$(BIN)/python -m pip install --quiet build
+	$(BIN)/python -m build --sdist --outdir dist . > /dev/null
+
+benchmark: $(VENV)/installed
+	$(BIN)/python benchmarks/engine.py
+
+picture: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[plot]'
+	$(BIN)/python docs/picture.py
+
+clean:
+	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info src/softvox_gym/_engine.*
