@@ -71,6 +71,8 @@ int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, 
 
 int32_t sv_step_count(double time_step, double duration)
 {
+    if (!(time_step > 0 && duration / time_step < INT32_MAX))
+        return -1;
     int32_t steps = 0;
     for (double time = 0; time <= duration; time += time_step)
         steps++;

@@ -110,7 +110,7 @@ int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa);
 int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
                int32_t isa);
 
-/* How many steps a run takes: the first time that exceeds duration ends it. */
+/* How many steps a run takes: the first time that exceeds duration ends it. -1 where they are too many to count. */
 int32_t sv_step_count(double time_step, double duration);
 
 /* binding] */

@@ -1,25 +1,17 @@
 """A design's result depends on the design and its parameters alone, to the last bit."""
 
-import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from softvox_gym import Physics, engine, simulate
+from softvox_gym import Physics, engine, simulate, verify
+from softvox_gym.manifest import digest
 
 PUBLISHED = Physics.published()
 ALL = np.arange(6561)
 
-# sha256 of the displacements of all 6561 designs (little-endian float64) under published physics,
-# the same on every machine. CHANGELOG.md notes every change.
-GOLDEN_DIGEST = "7bc2ffe3d2e87be874a7775c930c5937eea9c88522328be62a850620578a05b0"
-
 ISAS = engine.isa_names()
-
-
-def digest(displacement):
-    return hashlib.sha256(displacement.astype("<f8").tobytes()).hexdigest()
 
 
 def assert_same_bits(result, expected, where=slice(None)):
@@ -37,7 +29,7 @@ def landscape():
 
 
 def test_the_landscape_has_its_golden_digest(landscape):
-    assert digest(landscape.displacement) == GOLDEN_DIGEST
+    assert digest(landscape.displacement) == verify.GOLDEN
 
 
 @pytest.mark.parametrize("isa", ISAS)

@@ -34,15 +34,6 @@ def test_only_the_published_run_rounds_the_edge_that_voxels_swing_about():
     assert Physics.published().pumped_rest == float(np.float32(0.01))
 
 
-def test_exact_constants_reproduce_ninety_six_of_the_published_hundred():
-    import reference
-
-    rows = reference.rows("published_top100.csv")
-    fitness = simulate([int(row["design"]) for row in rows], Physics.exact()).fitness
-    agree = [f"{ours:.2f}" == row["fitness"] for ours, row in zip(fitness, rows, strict=True)]
-    assert sum(agree) == 96
-
-
 def test_clamping_gives_the_best_design_what_the_papers_text_would():
     physics = replace(Physics.published(), actuation="clamp")
     assert f"{simulate(6453, physics).fitness[0]:.2f}" == "4.71"
@@ -90,6 +81,10 @@ def test_what_is_no_number_is_refused_by_name(name, value):
         ({"actuation": "pump"}, "actuation must be one of hold, clamp, expand_and_contract"),
         ({"actuation": "expand_and_contract", "strain": 1.0}, "strain must be below 1"),
         ({"gravity": np.nan}, "gravity must be finite"),
+        ({"duration": 1e9}, "duration of 1e\\+09 s in time steps of 0.000453 s can't be counted"),
+        ({"edge": 1e300}, "can't be counted"),
+        ({"edge": 1e-300}, "can't be counted"),
+        ({"density": [1e6, 1e-300]}, "can't be counted"),
         ({"gravity": [[0.0, 1.0]]}, "gravity must be"),
         ({"density": [1e6, -1e6]}, "density must be positive and finite, got -1000000"),
         ({"density": [1e6] * 2, "strain": [0.1] * 3}, "arrays of one length"),

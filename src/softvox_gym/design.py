@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from math import prod
 from operator import index as as_index
 from typing import Any, TypeAlias, Union
@@ -108,7 +108,7 @@ class Design:
     @property
     def index(self) -> int:
         """The design's number, sum of d_i 3^i."""
-        return int(self.digits[::-1], 3)
+        return reduce(lambda number, digit: 3 * number + digit, reversed(self._digits), 0)
 
     @property
     def array(self) -> NDArray[np.uint8]:

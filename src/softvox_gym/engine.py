@@ -269,13 +269,17 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
     codes: list[int] = []
 
     def work() -> None:
-        keep, workspace = _memory(size)
+        try:
+            keep, workspace = _memory(size)
+        except MemoryError:  # told by its missing code
+            return
         codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa))
         del keep
 
+    empty = n - int(np.count_nonzero(order[: plan.blocks] >= 0))
     count = min(default_threads() if threads is None else threads, plan.blocks)
     workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
-    _drive(workers, shared, int(np.count_nonzero(order[: plan.blocks] >= 0)), progress)
+    _drive(workers, shared, progress and (lambda done: progress(done + empty, n)))
     if len(codes) != count:
         raise MemoryError(f"a worker could not get its {size} bytes of memory")
     for code in codes:
@@ -284,7 +288,7 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
 
 
 def _drive(
-    workers: list[threading.Thread], shared: Any, total: int, progress: Progress | None
+    workers: list[threading.Thread], shared: Any, progress: Callable[[int], None] | None
 ) -> None:
     """Run the workers to their end; when anything interrupts that, stop them first."""
     try:
@@ -294,7 +298,7 @@ def _drive(
             while worker.is_alive():
                 worker.join(POLL_SECONDS)
                 if progress is not None:
-                    progress(shared.done, total)
+                    progress(shared.done)
     except BaseException:
         shared.cancel = 1
         for worker in workers:

@@ -16,6 +16,9 @@ Parameter: TypeAlias = float | NDArray[np.float64]
 ACTUATIONS = ("hold", "clamp", "expand_and_contract")
 PRESETS = ("published", "exact")
 
+#: The engine counts steps in 32 bits.
+MOST_STEPS = 2**31 - 1
+
 
 def _about(unit: str, bounds: str, meaning: str) -> dict[str, str]:
     return {"unit": unit, "bounds": bounds, "meaning": meaning}
@@ -121,7 +124,8 @@ class Physics:
         default=0.9, metadata=_about("", "fraction", "of the largest stable step")
     )
     single_precision_rest: bool = field(
-        default=False, metadata=_about("", "flag", "round the edge that actuated voxels swing about")
+        default=False,
+        metadata=_about("", "flag", "round the edge that actuated voxels swing about"),
     )
 
     @classmethod
@@ -196,6 +200,7 @@ class Physics:
                 f"duration must be longer than settle_time ({self.settle_time} s), "
                 f"got {self.duration}"
             )
+        self._check_steps()
         if self.actuation == "expand_and_contract" and np.any(np.asarray(self.strain) >= 1):
             raise ValueError(
                 f"strain must be below 1 where voxels expand and contract, got {self.strain}"
@@ -206,6 +211,22 @@ class Physics:
                 f"({self.friction_static}); this is allowed but rarely meant",
                 UserWarning,
                 stacklevel=4,
+            )
+
+    def _check_steps(self) -> None:
+        with np.errstate(all="ignore"):
+            step = np.asarray(self.time_step)
+            steps = np.asarray(self.duration) / step
+        countable = np.isfinite(step) & (step > 0) & (steps <= MOST_STEPS)
+        if not np.all(countable):
+            duration, step = (
+                np.broadcast_to(value, countable.shape)[~countable].flat[0]
+                for value in (self.duration, step)
+            )
+            raise ValueError(
+                f"duration of {duration:g} s in time steps of {step:.3g} s can't be counted "
+                f"(at most {MOST_STEPS} steps); change it, or time_step_fraction, edge, "
+                "youngs_modulus or density"
             )
 
     def __eq__(self, other: object) -> bool:
@@ -257,7 +278,7 @@ class Physics:
     def time_step(self) -> Parameter:
         """Time step, s: the fraction of the fastest axial oscillation that the parameters allow."""
         stiffness = np.asarray(self.youngs_modulus) * self.edge
-        mass = np.asarray(self.density) * self.edge**3
+        mass = np.asarray(self.density) * np.float64(self.edge) ** 3
         step = np.asarray(self.time_step_fraction) / (2 * pi * np.sqrt(stiffness / mass))
         return float(step) if step.ndim == 0 else step
 

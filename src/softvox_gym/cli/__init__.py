@@ -1,0 +1,107 @@
+"""The command line, `softvox`: one module per command.
+
+A command is a module with `add_parser(commands)`, which adds its parser and sets `run` as the
+parser's default, and `run(args)`, which does the work and returns the exit status. `COMMANDS` lists
+them.
+
+Exit status: 0 done, 1 the answer is no (`verify`), 2 bad input, 128 + n stopped by signal n.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+
+import softvox_gym
+from softvox_gym.cli import landscape, simulate, verify
+from softvox_gym.cli.parser import Parser
+from softvox_gym.cli.signals import Stopped, stoppable
+from softvox_gym.cli.terminal import BadInputError, complain, one_line_warnings
+
+COMMANDS = (landscape, simulate, verify)
+
+DESCRIPTION = """\
+Simulate soft robots made of voxels, every design of a 2x2x2 lattice, to the
+same bits on every machine. A design has a digit per site (0 absent, 1 passive,
+2 active; site x + 2y + 4z) and a number, the sum of digit_i 3^i: 0 to 6560.
+"""
+
+EXAMPLES = """\
+examples:
+  softvox verify               hold this build against the published table
+  softvox landscape            all 6561 designs into the folder landscape
+  softvox landscape --physics exact --gravity -1.62 --out moon
+  softvox simulate 6453        the best design: fitness and track
+  softvox simulate 00021222 --frames best.npz
+
+softvox COMMAND --help tells all about a command.
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        with stoppable(), one_line_warnings():
+            status = _run(arguments)
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            return status
+    except BadInputError as error:
+        complain("error", str(error))
+        return 2
+    except MemoryError as error:
+        complain("error", f"not enough memory for a run of this size: {error}")
+        return 2
+    except BrokenPipeError:  # the reader has seen enough
+        _drop_output()
+        return 128 + getattr(signal, "SIGPIPE", 13)
+    except OSError as error:
+        _drop_output()
+        complain("error", f"cannot write the output: {error.strerror}")
+        return 2
+    except Stopped as stop:
+        complain("stopped", f"{signal.Signals(stop.number).name}, nothing was left half written")
+        return 128 + stop.number
+
+
+def _run(arguments: list[str]) -> int:
+    parser = _parser()
+    try:
+        args, unknown = parser.parse_known_args(arguments)
+        if unknown:
+            getattr(args, "parser", parser).refuse(unknown)
+    except SystemExit as end:  # --help, --version, or an error already told
+        return int(end.code or 0)
+    if args.run is None:
+        parser.print_help()
+        return 2
+    status: int = args.run(Namespace(**vars(args), arguments=arguments))
+    return status
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="softvox", description=DESCRIPTION, epilog=EXAMPLES)
+    parser.add_argument(
+        "--version",
+        action="version",
+        help="show the version",
+        version=f"softvox {softvox_gym.__version__}",
+    )
+    parser.set_defaults(run=None)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    for command in COMMANDS:
+        command.add_parser(commands)
+    return parser
+
+
+def _drop_output() -> None:
+    """Send what is still to be printed nowhere, or the interpreter complains when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

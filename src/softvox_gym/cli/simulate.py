@@ -1,0 +1,205 @@
+"""softvox simulate: one design."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from argparse import Namespace
+from math import isfinite, prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softvox_gym.cli.parser import add_physics, add_threads, physics_of, whole_number
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import DEFAULT_SHAPE, Design
+from softvox_gym.files import check_file, write_file
+from softvox_gym.physics import Physics
+from softvox_gym.simulation import Result, simulate
+
+DESCRIPTION = """\
+Simulate one design and print its fitness (horizontal travel of the centre of
+mass in voxel widths, cm for the 1 cm voxel), its displacement and its track,
+one row per cycle of actuation.
+
+DESIGN is a number, 0 to 6560, or the digits of all sites (0 absent, 1 passive,
+2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same.
+"""
+
+FRAMES_HELP = """\
+also save every voxel's movement, as a numpy archive: step (k,), time (k,) in s, position
+(k, nx, ny, nz, 3) in m, quaternion (k, nx, ny, nz, 4) as w x y z, edge (k, nx, ny, nz) in m,
+digits (nx, ny, nz), physics (JSON)"""
+
+FRAMES_PER_CYCLE = 50
+MOST_CYCLES = 10**6
+
+#: Per voxel: position, quaternion and edge.
+FRAME_BYTES = 8 * 8
+MOST_FRAME_BYTES = 2**30
+
+#: Python refuses to write larger numbers, 3^4096 at least still in decimal digits.
+MOST_SITES = 4096
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "simulate",
+        help="simulate one design: fitness, displacement, track",
+        description=DESCRIPTION,
+        usage="softvox simulate DESIGN [--json] [--frames FILE.npz] [options]",
+    )
+    parser.add_argument("design", metavar="DESIGN", help="a number or digits")
+    parser.add_argument(
+        "--shape",
+        type=whole_number,
+        nargs=3,
+        default=DEFAULT_SHAPE,
+        metavar=("NX", "NY", "NZ"),
+        help="the lattice (default: 2 2 2)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--frames", type=Path, metavar="FILE.npz", help=FRAMES_HELP)
+    parser.add_argument(
+        "--every",
+        type=whole_number,
+        metavar="STEPS",
+        help=f"time steps from frame to frame (default: about {FRAMES_PER_CYCLE} frames per cycle)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace FILE.npz where it exists")
+    add_threads(parser)
+    add_physics(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Check everything, simulate, save the frames, then print."""
+    design = _design(args.design, tuple(args.shape))
+    physics = physics_of(args)
+    if not physics.cycles <= MOST_CYCLES:
+        raise BadInputError(
+            f"the track would have {physics.cycles:.3g} cycles, and at most {MOST_CYCLES} are "
+            "followed; give a lower --frequency-hz or a shorter --duration"
+        )
+    if args.every and not args.frames:
+        raise BadInputError("--every says how often --frames saves; give --frames FILE.npz as well")
+    if args.frames:
+        with bad_input("--frames"):
+            check_file(args.frames, force=args.force)
+    every = (args.every or _default_every(physics)) if args.frames else 0
+    if every:
+        _check_frames(design, physics, every)
+    with bad_input():
+        result = simulate(design, physics, track=1, frames=every, threads=args.threads)
+    if args.frames:
+        with bad_input("--frames"):
+            write_file(args.frames, frames_archive(result), force=args.force)
+    print(as_json(result) if args.json else as_text(result))
+    return 0
+
+
+def _design(text: str, shape: tuple[int, int, int]) -> Design:
+    sites = prod(shape)
+    if sites > MOST_SITES:
+        raise BadInputError(f"--shape has {sites} sites, and at most {MOST_SITES} are taken")
+    is_index = re.fullmatch(r"0|[1-9][0-9]{0,3999}", text) is not None
+    is_digits = len(text) == sites and not set(text) - set("012")
+    if is_digits or (is_index and int(text) < 3**sites):
+        return Design(text if is_digits else int(text), shape=shape)
+    last = 3**sites - 1 if sites <= 40 else f"3^{sites} - 1"
+    shown = text if len(text) <= 40 else f"{text[:37]}..."
+    raise BadInputError(
+        f"design {shown!r} is neither a number from 0 to {last} nor {sites} digits 0, 1, 2, which "
+        f"a {'x'.join(map(str, shape))} lattice takes; another lattice needs --shape NX NY NZ"
+    )
+
+
+def _check_frames(design: Design, physics: Physics, every: int) -> None:
+    count = physics.duration / physics.time_step / every
+    size = count * prod(design.shape) * FRAME_BYTES
+    if size > MOST_FRAME_BYTES:
+        raise BadInputError(
+            f"{count:.3g} frames would take {size / 2**30:.3g} GiB, and at most "
+            f"{MOST_FRAME_BYTES / 2**30:g} GiB are kept; give a larger --every than {every}"
+        )
+
+
+def _default_every(physics: Physics) -> int:
+    steps = 1 / (float(physics.frequency_hz) * float(physics.time_step))
+    return max(1, round(steps / FRAMES_PER_CYCLE))
+
+
+def frames_archive(result: Result) -> bytes:
+    """Return the frames of a single design as the bytes of a numpy archive."""
+    frames = result.frames
+    assert frames is not None
+    archive = io.BytesIO()
+    np.savez_compressed(
+        archive,
+        step=frames.step,
+        time=frames.time[0],
+        position=frames.position[0],
+        quaternion=frames.quaternion[0],
+        edge=frames.edge[0],
+        digits=result.designs[0],
+        physics=np.array(json.dumps(result.physics.to_dict())),
+    )
+    return archive.getvalue()
+
+
+def track_rows(result: Result) -> list[tuple[int, float, float, float, float]]:
+    """Return cycle, time in s, and x, y, z in voxel widths from the start of actuation."""
+    track, physics = result.track, result.physics
+    assert track is not None
+    rows = enumerate(track[0].tolist())
+    period = 1 / float(physics.frequency_hz)
+    return [(cycle, physics.settle_time + cycle * period, *point) for cycle, point in rows]
+
+
+def as_text(result: Result) -> str:
+    """Return the result for people."""
+    design = result.design(0)
+    dx, dy, dz = result.displacement[0]
+    lines = [
+        f"design        {design.index}",
+        f"digits        {design.digits}",
+        f"shape         {' x '.join(map(str, design.shape))}",
+        f"voxels        {design.n_voxels}, {design.n_active} active",
+        f"status        {result.status[0]}",
+        f"fitness       {result.fitness[0]:.6f} voxel widths",
+        f"displacement  {dx:.6f} {dy:.6f} {dz:.6f}",
+        "",
+        f"{'cycle':>5}  {'time s':>8}  {'x':>10}  {'y':>10}  {'z':>10}",
+    ]
+    lines += [
+        f"{cycle:5}  {time:8.4f}  {x:10.6f}  {y:10.6f}  {z:10.6f}"
+        for cycle, time, x, y, z in track_rows(result)
+    ]
+    return "\n".join(lines)
+
+
+def as_json(result: Result) -> str:
+    """Return the result for programs; null where the design diverged."""
+    design = result.design(0)
+    names = ("cycle", "time", "x", "y", "z")
+    data = {
+        "design": design.index,
+        "digits": design.digits,
+        "shape": design.shape,
+        "n_voxels": design.n_voxels,
+        "n_active": design.n_active,
+        "status": str(result.status[0]),
+        "fitness": _finite(float(result.fitness[0])),
+        "displacement": [_finite(value) for value in result.displacement[0].tolist()],
+        "steps": int(result.steps[0]),
+        "track": [dict(zip(names, map(_finite, row), strict=True)) for row in track_rows(result)],
+        "physics": result.physics.to_dict(),
+    }
+    return json.dumps(data, indent=2, allow_nan=False)
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None

@@ -1,0 +1,170 @@
+"""Writing results: whole or not at all, and never over others unasked."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+
+class OutputError(Exception):
+    """A place that results can't be written to; the message says why and how to mend it."""
+
+
+def check_file(path: Path, *, force: bool) -> None:
+    """Make sure, before the work, that a file can be written.
+
+    Raises
+    ------
+    OutputError
+        Where it exists and force is not given, or its folder can't be written to.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path} is a folder; name a file")
+    if os.path.lexists(path) and not force:
+        raise OutputError(f"{path} exists; choose another, or replace it with --force")
+    _check_writable(path.parent)
+
+
+def check_folder(path: Path, names: Iterable[str], *, force: bool) -> None:
+    """Make sure, before the work, that a folder with files of these names can be written.
+
+    Raises
+    ------
+    OutputError
+        Where the folder is not empty and force is not given, or can't be written to.
+    """
+    if not path.is_dir():
+        if os.path.lexists(path):
+            raise OutputError(f"{path} is not a folder; choose another")
+        _check_writable(path.parent)
+        return
+    _check_writable(path)
+    if any(path.iterdir()) and not force:
+        raise OutputError(f"{path} is not empty; choose another, or replace it with --force")
+    for name in names:
+        if (path / name).is_dir():
+            raise OutputError(f"{path / name} is a folder; choose another")
+
+
+def write_file(path: Path, content: bytes, *, force: bool) -> None:
+    """Write a file: after a crash or an interrupt it is there in full, or as it was before.
+
+    Raises
+    ------
+    OutputError
+        Where writing fails, or the file exists and force is not given.
+    """
+    temporary = _temporary(path.parent, path.name)
+    with _cleaning_up(temporary, path):
+        _write(temporary, content)
+        _put(temporary, path, force=force)
+        _sync_folder(path.parent)
+
+
+def write_folder(path: Path, contents: Mapping[str, bytes], *, force: bool) -> None:
+    """Write a folder of files: after a crash or an interrupt there is no half file in it.
+
+    A new folder appears with all its files at once. In a folder that exists the files are put one
+    by one, in the order given, each whole; other files there are left alone.
+
+    Raises
+    ------
+    OutputError
+        Where writing fails, or a file exists and force is not given.
+    """
+    exists = path.is_dir()
+    temporary = _temporary(path if exists else path.parent, path.name)
+    with _cleaning_up(temporary, path):
+        temporary.mkdir()
+        for name, content in contents.items():
+            _write(temporary / name, content)
+        _sync_folder(temporary)
+        if exists:
+            for name in contents:
+                _put(temporary / name, path / name, force=force)
+        else:
+            os.rename(temporary, path)
+        _sync_folder(path if exists else path.parent)
+
+
+@contextlib.contextmanager
+def _cleaning_up(temporary: Path, path: Path) -> Iterator[None]:
+    """Leave no temporary file or folder, unless its content has nowhere else to go."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in (errno.EEXIST, errno.ENOTEMPTY):
+            raise OutputError(
+                f"{path} was written by something else meanwhile; the results are in {temporary}"
+            ) from None
+        _remove(temporary)
+        raise OutputError(f"cannot write {path}: {error.strerror}") from None
+    except BaseException:
+        _remove(temporary)
+        raise
+    _remove(temporary)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _temporary(folder: Path, name: str) -> Path:
+    """Return an unused hidden name in the folder; named before it exists, so always removable."""
+    return folder / f".{name[:80]}.partial-{secrets.token_hex(6)}"
+
+
+def _write(path: Path, content: bytes) -> None:
+    with path.open("xb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _put(source: Path, target: Path, *, force: bool) -> None:
+    """Move a file into place; without force, never over one that appeared in the meantime."""
+    if not force:
+        try:
+            os.link(source, target)  # unlike a rename, this refuses where the target exists
+        except FileExistsError:
+            raise
+        except OSError:  # a file system without hard links
+            if os.path.lexists(target):
+                raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST)) from None
+        else:
+            source.unlink()
+            return
+    os.replace(source, target)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring a folder's entries to the disk, where the file system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _check_writable(folder: Path) -> None:
+    if not folder.is_dir():
+        raise OutputError(f"{folder} is not a folder; make it first, or choose another")
+    probe = _temporary(folder, "softvox")
+    try:
+        probe.touch(exist_ok=False)
+    except OSError as error:
+        raise OutputError(
+            f"{folder} can't be written to ({error.strerror}); choose another"
+        ) from None
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink()

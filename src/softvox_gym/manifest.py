@@ -1,0 +1,86 @@
+"""Where results come from, the program, the machine and the moment; and a digest of them."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import subprocess
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import softvox_gym
+from softvox_gym import engine
+
+SOURCE = Path(softvox_gym.__file__).resolve()
+
+
+def provenance(*, threads: int | None = None) -> dict[str, Any]:
+    """Return what results depend on, or might be asked about later; ready for JSON.
+
+    Take it before the work: it says when that started, and from which commit.
+
+    Parameters
+    ----------
+    threads : int, optional
+        As handed to `simulate`.
+
+    Raises
+    ------
+    ValueError
+        Where SOFTVOX_ISA asks for an instruction set that the machine lacks.
+    """
+    return {
+        "version": softvox_gym.__version__,
+        "commit": commit(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "cpu": cpu_model(),
+        "instruction_set": engine.isa_name(),
+        "compiler": engine.compiler(),
+        "threads": engine.default_threads() if threads is None else threads,
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+
+
+def digest(displacement: NDArray[np.float64]) -> str:
+    """Return the SHA-256 of the bits: little-endian float64, design by design, dx, dy, dz."""
+    return hashlib.sha256(np.ascontiguousarray(displacement, dtype="<f8").tobytes()).hexdigest()
+
+
+def commit() -> str | None:
+    """Return the commit that this package runs from, "-dirty" where changed; None if installed."""
+    # An installed copy may lie inside some other repository, which does not track it.
+    if _output("git", "ls-files", "--error-unmatch", SOURCE.name) is None:
+        return None
+    head = _output("git", "rev-parse", "HEAD")
+    changes = _output("git", "--no-optional-locks", "status", "--porcelain", "-uno")
+    return f"{head}-dirty" if head and changes else head
+
+
+def cpu_model() -> str:
+    """Return the processor's name, as well as the system knows it."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            name, _, value = line.partition(":")
+            if name.strip() == "model name":
+                return value.strip()
+    except OSError:
+        pass
+    apple = _output("sysctl", "-n", "machdep.cpu.brand_string")
+    return apple or platform.processor() or platform.machine()
+
+
+def _output(*command: str) -> str | None:
+    """Return what a command prints, run in the source folder; None where it fails or is absent."""
+    try:
+        done = subprocess.run(
+            command, cwd=SOURCE.parent, capture_output=True, text=True, timeout=10, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

@@ -1,0 +1,88 @@
+"""A progress bar of one line."""
+
+from __future__ import annotations
+
+import os
+import time
+from types import TracebackType
+from typing import TextIO
+
+BAR = 24
+
+
+class Progress:
+    """Shows how far a batch is: count, share, speed and the time left.
+
+    A context manager, and a callable (done, total) to hand to `simulate`. Draws only on a terminal;
+    the line is removed at the end, so that nothing broken stays behind.
+
+    Parameters
+    ----------
+    stream : TextIO or None
+        Where to draw, normally standard error.
+    quiet : bool
+        Never draw.
+    """
+
+    def __init__(self, stream: TextIO | None, *, quiet: bool = False) -> None:
+        self._stream = stream if stream and stream.isatty() and not quiet else None
+        self._start = time.monotonic()
+        self._drawn = 0
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._draw("")
+
+    def __call__(self, done: int, total: int) -> None:
+        """Draw how far it is."""
+        if self._stream is not None:
+            seconds = time.monotonic() - self._start
+            self._draw(progress_line(done, total, seconds, _width(self._stream)))
+
+    def _draw(self, text: str) -> None:
+        """Draw over the last line; with blanks, because not every terminal knows how to erase."""
+        if self._stream is None or not (text or self._drawn):
+            return
+        blanks = " " * (self._drawn - len(text))
+        try:
+            self._stream.write(f"\r{text}{blanks}" + ("" if text else "\r"))
+            self._stream.flush()
+        except OSError:  # the terminal is gone, the work need not be
+            self._stream = None
+        self._drawn = len(text)
+
+
+def progress_line(done: int, total: int, seconds: float, width: int) -> str:
+    """Return the text of the bar, shorter than the width."""
+    share = done / total if total else 1.0
+    speed = done / seconds if seconds > 0 else 0.0
+    left = _clock((total - done) / speed) if speed else "-:--"
+    count = f"{done:{len(str(total))}}/{total}"
+    facts = f"{count} {share:4.0%}  {speed:.0f} designs/s  {left} left"
+    filled = round(BAR * share)
+    full = f"[{'#' * filled}{' ' * (BAR - filled)}] {facts}"
+    for text in (full, facts, count):
+        if len(text) < width:
+            return text
+    return ""
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def _width(stream: TextIO) -> int:
+    """Return the columns of the terminal; 80 where it does not say."""
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or 80
+    except OSError:
+        return 80

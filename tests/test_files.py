@@ -1,0 +1,116 @@
+import errno
+import os
+
+import pytest
+from cli_process import snapshot
+
+from softvox_gym import files
+from softvox_gym.files import OutputError, check_file, check_folder, write_file, write_folder
+
+CONTENTS = {"table": b"1,2\n", "manifest": b"{}"}
+
+
+def fail(*_args, **_kwargs):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def interrupt(*_args, **_kwargs):
+    raise KeyboardInterrupt
+
+
+def test_a_new_folder_appears_with_all_its_files_and_nothing_else(tmp_path):
+    write_folder(tmp_path / "out", CONTENTS, force=False)
+    assert snapshot(tmp_path) == {"out": None, "out/table": b"1,2\n", "out/manifest": b"{}"}
+
+
+def test_an_empty_folder_is_filled(tmp_path):
+    check_folder(tmp_path, CONTENTS, force=False)
+    write_folder(tmp_path, CONTENTS, force=False)
+    assert snapshot(tmp_path) == CONTENTS
+
+
+def test_a_folder_that_is_not_empty_is_refused_without_force(tmp_path):
+    (tmp_path / "other").write_bytes(b"mine")
+    with pytest.raises(OutputError, match="is not empty; choose another, or replace it with --for"):
+        check_folder(tmp_path, CONTENTS, force=False)
+    assert snapshot(tmp_path) == {"other": b"mine"}
+
+
+def test_force_replaces_files_of_the_same_name_and_leaves_others(tmp_path):
+    (tmp_path / "other").write_bytes(b"mine")
+    (tmp_path / "table").write_bytes(b"old")
+    check_folder(tmp_path, CONTENTS, force=True)
+    write_folder(tmp_path, CONTENTS, force=True)
+    assert snapshot(tmp_path) == {**CONTENTS, "other": b"mine"}
+
+
+@pytest.mark.parametrize("step", ["_write", "_put", "_sync_folder"])
+@pytest.mark.parametrize("force", [False, True])
+def test_a_full_disk_leaves_no_temporary_file_and_the_old_result(
+    tmp_path, monkeypatch, step, force
+):
+    old = {}
+    if force:
+        write_file(tmp_path / "f", b"old", force=False)
+        old = {"f": b"old"}
+    monkeypatch.setattr(files, step, fail)
+    with pytest.raises(OutputError, match=r"cannot write .*: No space left on device"):
+        write_file(tmp_path / "f", b"new", force=force)
+    if step != "_sync_folder":  # by then the file is in place
+        assert snapshot(tmp_path) == old
+    assert not [name for name in snapshot(tmp_path) if name.startswith(".")]
+
+
+@pytest.mark.parametrize("step", ["_write", "_sync_folder"])
+def test_an_interrupt_leaves_no_temporary_folder(tmp_path, monkeypatch, step):
+    monkeypatch.setattr(files, step, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_folder(tmp_path / "out", CONTENTS, force=False)
+    assert snapshot(tmp_path) == {}
+
+
+def test_a_file_that_appears_during_the_work_is_kept_and_so_are_the_results(tmp_path):
+    path = tmp_path / "f"
+    check_file(path, force=False)
+    path.write_bytes(b"theirs")
+    with pytest.raises(OutputError, match="the results are in ") as caught:
+        write_file(path, b"ours", force=False)
+    kept = str(caught.value).rpartition(" ")[2]
+    assert path.read_bytes() == b"theirs"
+    with open(kept, "rb") as file:
+        assert file.read() == b"ours"
+
+
+def test_a_folder_that_is_filled_during_the_work_is_kept_and_so_are_the_results(tmp_path):
+    check_folder(tmp_path, CONTENTS, force=False)
+    (tmp_path / "manifest").write_bytes(b"theirs")
+    with pytest.raises(OutputError, match="the results are in "):
+        write_folder(tmp_path, CONTENTS, force=False)
+    after = snapshot(tmp_path)
+    assert after["manifest"] == b"theirs"
+    assert b"{}" in after.values()
+
+
+def test_a_file_system_without_hard_links_still_refuses_to_overwrite(tmp_path, monkeypatch):
+    def no_links(*_args):
+        raise OSError(errno.EPERM, os.strerror(errno.EPERM))
+
+    monkeypatch.setattr(os, "link", no_links)
+    write_file(tmp_path / "f", b"first", force=False)
+    with pytest.raises(OutputError, match="the results are in "):
+        write_file(tmp_path / "f", b"second", force=False)
+    assert (tmp_path / "f").read_bytes() == b"first"
+
+
+def test_a_dangling_link_counts_as_something_that_exists(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(OutputError, match="exists"):
+        check_file(tmp_path / "link", force=False)
+    with pytest.raises(OutputError, match="is not a folder"):
+        check_folder(tmp_path / "link", CONTENTS, force=True)
+
+
+def test_checking_leaves_nothing_behind(tmp_path):
+    check_file(tmp_path / "f", force=False)
+    check_folder(tmp_path / "out", CONTENTS, force=False)
+    assert snapshot(tmp_path) == {}

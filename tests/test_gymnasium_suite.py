@@ -1,0 +1,130 @@
+"""What Gymnasium's own test suite asks of every registered environment, asked of ours.
+
+Gymnasium's source distributions leave that suite out (they hold tests/test_core.py alone), so its
+questions are put here: the checker with no unexpected warning, determinism of roll-outs, render
+modes, pickling, equality of vector environments, seeding, partial resets and autoreset modes. The
+native vector environment is held against SyncVectorEnv in test_vector_env.py.
+"""
+
+import pickle
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
+from gymnasium.wrappers.vector import RecordEpisodeStatistics as RecordVectorEpisodeStatistics
+
+import softvox_gym
+
+SPEC = gym.spec(softvox_gym.ENV_ID)
+VECTORISERS = ["sync", "async", "vector_entry_point"]
+
+
+def test_the_registered_spec_is_deterministic_and_versioned():
+    assert not SPEC.nondeterministic
+    assert (SPEC.namespace, SPEC.name, SPEC.version) == (None, "SoftVox2x2x2", 0)
+    assert softvox_gym.ENV_ID in gym.pprint_registry(disable_print=True).replace(" ", "\n")
+
+
+def test_the_spec_survives_pickling_and_json():
+    assert pickle.loads(pickle.dumps(SPEC)) == SPEC
+    assert EnvSpec.from_json(SPEC.to_json()) == SPEC
+
+
+def test_a_rollout_is_deterministic():
+    first, second = SPEC.make(), SPEC.make()
+    assert data_equivalence(first.reset(seed=0), second.reset(seed=0))
+    first.action_space.seed(0)
+    for _ in range(50):
+        action = first.action_space.sample()
+        ours, theirs = first.step(action), second.step(action)
+        assert data_equivalence(ours, theirs)
+        assert ours[0] in first.observation_space
+        assert isinstance(ours[2], bool)
+        first.reset(seed=0)
+        second.reset(seed=0)
+
+
+def test_every_render_mode_gives_frames_after_reset_and_after_a_step():
+    assert "rgb_array" in SPEC.make().metadata["render_modes"]
+    for mode in SPEC.make().metadata["render_modes"]:
+        env = SPEC.make(render_mode=mode)
+        env.reset()
+        for frame in (env.render(), env.step(env.action_space.sample()) and env.render()):
+            assert frame.ndim == 3
+            assert frame.shape[2] == 3
+            assert frame.dtype == np.uint8
+        env.close()
+
+
+def test_frames_can_be_collected_in_a_list():
+    env = gym.make(softvox_gym.ENV_ID, render_mode="rgb_array_list")
+    env.reset()
+    env.step(env.action_space.sample())
+    assert len(env.render()) == 2
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+@pytest.mark.parametrize("shared_memory", [True, False])
+def test_processes_of_single_environments_equal_a_loop_over_them(shared_memory, mode):
+    makers = [SPEC.make] * 3
+    loop = SyncVectorEnv(makers, autoreset_mode=mode)
+    processes = AsyncVectorEnv(
+        makers, shared_memory=shared_memory, autoreset_mode=mode, context="spawn"
+    )
+    try:
+        assert data_equivalence(processes.reset(seed=0), loop.reset(seed=0))
+        for _ in range(3):
+            actions = loop.action_space.sample()
+            assert data_equivalence(processes.step(actions), loop.step(actions))
+    finally:
+        processes.close()
+
+
+@pytest.mark.parametrize("mode", VECTORISERS)
+def test_seeds_count_up_over_the_environments(mode):
+    options = {"context": "spawn"} if mode == "async" else {}
+    env = gym.make_vec(SPEC, 3, mode, vector_kwargs=options)
+    try:
+        env.reset(seed=42)
+        assert env.np_random_seed == (42, 43, 44)
+        env.reset()
+        assert env.np_random_seed == (42, 43, 44)
+    finally:
+        env.close()
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_autoreset_mode_is_in_the_metadata(mode):
+    for given in (mode, mode.value):
+        env = gym.make_vec(SPEC, 2, autoreset_mode=given)
+        assert env.metadata["autoreset_mode"] is mode
+        assert "autoreset_mode" not in SPEC.make().metadata
+
+
+def test_one_environment_in_a_batch_equals_a_single_one():
+    env, envs = SPEC.make(), gym.make_vec(SPEC, 1)
+    observation, info = env.reset(seed=123)
+    observations, infos = envs.reset(seed=123)
+    assert data_equivalence(observation, observations[0])
+    assert info == infos == {}
+    action = np.array([0, 0, 0, 2, 1, 2, 2, 2])
+    single, batch = env.step(action), envs.step(action[np.newaxis])
+    for i in range(4):
+        assert np.array_equal(single[i], batch[i][0])
+    for key, value in single[4].items():
+        assert np.array_equal(value, batch[4][key][0])
+
+
+def test_the_usual_wrappers_fit():
+    env = TimeLimit(RecordEpisodeStatistics(SPEC.make()), 5)
+    env.reset(seed=0)
+    *_, info = env.step(np.array([0, 0, 0, 2, 1, 2, 2, 2]))
+    assert info["episode"]["r"] == pytest.approx(info["fitness"])
+    envs = RecordVectorEpisodeStatistics(gym.make_vec(SPEC, 2))
+    envs.reset(seed=0)
+    *_, infos = envs.step(np.array([[0, 0, 0, 2, 1, 2, 2, 2]] * 2))
+    assert infos["episode"]["r"] == pytest.approx(infos["fitness"])
