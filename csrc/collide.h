@@ -9,13 +9,12 @@
 
 static bool close_enough(const block *b, int lane, int32_t i, int32_t j)
 {
-    if (!sv_may_collide(vicinity_of(b, lane), b->body.site[i], b->body.site[j]))
-        return false;
     const voxel *vi = &b->voxels[i], *vj = &b->voxels[j];
     double x = vj->place.x[lane] - vi->place.x[lane], y = vj->place.y[lane] - vi->place.y[lane];
     double z = vj->place.z[lane] - vi->place.z[lane], square = x * x + y * y + z * z;
     double reach = 3.0 * b->batch->edge, twice_edge = 2.0 * vi->edge[lane];
-    return square < reach * reach && square < twice_edge * twice_edge;
+    return square < reach * reach && square < twice_edge * twice_edge &&
+           sv_may_collide(vicinity_of(b, lane), b->body.site[i], b->body.site[j]);
 }
 
 /* Makes the list anew for one lane: its old pairs go, those that are close now come, in order of i, j. */

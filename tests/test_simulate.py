@@ -273,12 +273,13 @@ def test_an_interrupt_stops_the_workers_at_once():
     assert threading.active_count() == before
 
 
-def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
-    batch = engine.Batch(
+def raw_batch(n):
+    """Return a batch of n full passive bodies, as the binding wants it."""
+    return engine.Batch(
         shape=(2, 2, 2),
-        digits=np.ones((1, 8), np.uint8),
-        parameters=np.zeros(1, engine.PARAMETERS),
-        strain=np.zeros((1, 1, 8)),
+        digits=np.ones((n, 8), np.uint8),
+        parameters=np.zeros(n, engine.PARAMETERS),
+        strain=np.zeros((n, 1, 8)),
         phase=None,
         edge=0.01,
         pumped_rest=0.01,
@@ -289,6 +290,10 @@ def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
         frame_every=0,
         frame_count=0,
     )
+
+
+def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
+    batch = raw_batch(1)
     for bad in (
         {"strain": np.zeros((1, 1, 8), np.float32)},
         {"strain": np.zeros((1, 1, 7))},
@@ -310,21 +315,7 @@ def test_the_binding_refuses_arrays_that_are_not_what_c_expects():
 
 
 def test_parameters_that_no_run_can_end_with_are_marked():
-    batch = engine.Batch(
-        shape=(2, 2, 2),
-        digits=np.ones((3, 8), np.uint8),
-        parameters=np.zeros(3, engine.PARAMETERS),
-        strain=np.zeros((3, 1, 8)),
-        phase=None,
-        edge=0.01,
-        pumped_rest=0.01,
-        settle_time=0.25,
-        actuation="hold",
-        track_per_cycle=0,
-        track_samples=0,
-        frame_every=0,
-        frame_count=0,
-    )
+    batch = raw_batch(3)
     batch.parameters["density"] = [np.nan, 1e6, 1e6]
     batch.parameters["time_step"] = [1e-4, 0.0, 1e-300]
     batch.parameters["duration"] = 1.0
