@@ -20,7 +20,7 @@ FLOORS = [
     {"vector_env"},
     {"__init__"},
     {"manifest"},
-    {"landscape", "verify", "robot"},
+    {"exhaustive", "verify"},
     {"cli"},
     {"__main__"},
 ]

@@ -7,18 +7,18 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from softvox_gym import landscape
+from softvox_gym import exhaustive
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder
 from softvox_gym.progress import Progress
 
 DESCRIPTION = f"""\
-Simulate all {landscape.N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
-  {landscape.TABLE}  design, digits, dx, dy, dz, fitness, status: displacement of
+Simulate all {exhaustive.N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
+  {exhaustive.TABLE}  design, digits, dx, dy, dz, fitness, status: displacement of
                  the centre of mass in voxel widths (cm for the 1 cm voxel),
                  fitness = sqrt(dx^2 + dy^2), status ok or diverged (then nan)
-  {landscape.MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
+  {exhaustive.MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
 and print the ten best.
 """
 
@@ -53,35 +53,35 @@ def run(args: Namespace) -> int:
     """Check that the result can be written, then make it, write it and sum it up."""
     physics = physics_of(args)
     with bad_input("--out"):
-        check_folder(args.out, (landscape.TABLE, landscape.MANIFEST), force=args.force)
+        check_folder(args.out, (exhaustive.TABLE, exhaustive.MANIFEST), force=args.force)
     with bad_input(), Progress(sys.stderr, quiet=args.quiet) as progress:
-        made = landscape.run(physics, threads=args.threads, progress=progress)
+        made = exhaustive.run(physics, threads=args.threads, progress=progress)
     with bad_input("--out"):
         made.write(args.out, args.arguments, force=args.force)
     print(summary(made))
-    print(f"\nwrote {args.out / landscape.TABLE} and {args.out / landscape.MANIFEST}")
+    print(f"\nwrote {args.out / exhaustive.TABLE} and {args.out / exhaustive.MANIFEST}")
     return 0
 
 
-def summary(made: landscape.Landscape) -> str:
+def summary(made: exhaustive.Landscape) -> str:
     """Return the ten best, and the time beside the paper's."""
     result = made.result
     lines = [f"{'rank':>4}  {'design':>6}  {'digits':8}  {'fitness':>9}  {'dx':>9}  {'dy':>9}"]
-    for rank, i in enumerate(landscape.ranking(result)[:BEST], start=1):
+    for rank, i in enumerate(exhaustive.ranking(result)[:BEST], start=1):
         dx, dy, _ = result.displacement[i]
         lines.append(
             f"{rank:4}  {i:6}  {result.design(int(i)).digits}  "
             f"{result.fitness[i]:9.4f}  {dx:9.4f}  {dy:9.4f}"
         )
     diverged = int((result.status != "ok").sum())
-    times = landscape.PAPER_CPU_HOURS * 3600 / made.cpu_seconds
+    times = exhaustive.PAPER_CPU_HOURS * 3600 / made.cpu_seconds
     lines += [
         "",
         f"{len(result)} designs in {made.seconds:.1f} s"
         + (f", of which {diverged} diverged" if diverged else "")
         + f" ({made.cpu_seconds:.1f} CPU-seconds, {made.origin['instruction_set']},"
         f" {made.origin['threads']} threads)",
-        f"the paper's {landscape.PAPER_CPU_HOURS} CPU-hours are {_rounded(times)} times that",
+        f"the paper's {exhaustive.PAPER_CPU_HOURS} CPU-hours are {_rounded(times)} times that",
     ]
     return "\n".join(lines)
 

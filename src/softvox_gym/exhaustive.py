@@ -1,4 +1,4 @@
-"""The landscape: every design of the 2x2x2 lattice, as a table with its manifest."""
+"""The exhaustive search: every design of the 2x2x2 lattice, as a table with its manifest."""
 
 from __future__ import annotations
 
