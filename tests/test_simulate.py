@@ -256,6 +256,17 @@ def test_results_of_diverged_designs_are_nan():
         assert np.isfinite(values[1]).all()
 
 
+@pytest.mark.parametrize(
+    ("designs", "text"),
+    [
+        ([6453, 1], "Result(2 designs on 2x2x2, 0 diverged, best 4.66)"),
+        ([], "Result(0 designs on 2x2x2, 0 diverged, best nan)"),
+    ],
+)
+def test_a_result_says_in_a_line_what_it_is(designs, text):
+    assert repr(simulate(designs, PUBLISHED)) == text
+
+
 def test_progress_is_told_up_to_the_end():
     calls = []
     simulate(range(1, 400), SHORT, progress=lambda done, total: calls.append((done, total)))

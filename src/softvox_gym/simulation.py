@@ -44,7 +44,7 @@ class Frames:
     edge: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """What became of a batch of designs.
 
@@ -80,6 +80,12 @@ class Result:
 
     def __len__(self) -> int:
         return len(self.status)
+
+    def __repr__(self) -> str:
+        shape = "x".join(map(str, self.designs.shape[1:]))
+        diverged = int(np.count_nonzero(self.status != "ok"))
+        best = float(np.nanmax(self.fitness)) if diverged < len(self) else float("nan")
+        return f"Result({len(self)} designs on {shape}, {diverged} diverged, best {best:.2f})"
 
     @cached_property
     def fitness(self) -> NDArray[np.float64]:
