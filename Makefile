@@ -1,11 +1,12 @@
-# make landscape   set everything up, and simulate all 6561 designs
+# make landscape   set everything up, and simulate all 6561 designs, into OUT=landscape
 # make test        set everything up, and run the tests
 PYTHON ?= python3
 VENV ?= .venv
 OUT ?= landscape
 BIN := $(VENV)/bin
 SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
-WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -fsyntax-only
+WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
+	-ffp-contract=off -fno-math-errno -c -o /dev/null
 
 .PHONY: landscape test verify lint sanitize benchmark picture sdist clean
 
@@ -46,7 +47,8 @@ sanitize: sdist
 		--no-cache-dir "$$(ls dist/softvox_gym-*.tar.gz)[test]"
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
 		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
-		tests/test_bits.py tests/test_laws.py tests/test_simulate.py tests/test_vector_env.py
+		tests/test_bits.py tests/test_laws.py tests/test_oracle.py tests/test_simulate.py \
+		tests/test_vector_env.py
 
 sdist: $(VENV)/installed
 	rm -rf dist

@@ -7,30 +7,32 @@
 #define SV_LIST_TRAVEL 0.5    /* voxel widths after which the list is made anew */
 #define SV_CONTACT_SHARE 0.75 /* of the two edges: the distance at which two voxels touch */
 
-static bool close_enough(const block *b, int lane, int32_t i, int32_t j)
+/* The lanes, of those that are due, in which voxels i < j belong on the list. */
+static uint32_t close_lanes(const block *b, int32_t i, int32_t j, vm due)
 {
     const voxel *vi = &b->voxels[i], *vj = &b->voxels[j];
-    double x = vj->place.x[lane] - vi->place.x[lane], y = vj->place.y[lane] - vi->place.y[lane];
-    double z = vj->place.z[lane] - vi->place.z[lane], square = x * x + y * y + z * z;
-    double reach = 3.0 * b->batch->edge, twice_edge = 2.0 * vi->edge[lane];
-    return square < reach * reach && square < twice_edge * twice_edge &&
-           sv_may_collide(vicinity_of(b, lane), b->body.site[i], b->body.site[j]);
+    const v3 r = sub3(vj->place, vi->place);
+    const vf square = dot3(r, r), reach = all(3.0 * b->batch->edge), twice_edge = 2.0 * vi->edge;
+    uint32_t near = bits_of(lt(square, reach * reach) & lt(square, twice_edge * twice_edge) & due), close = 0;
+    for (int lane = 0; near >> lane; lane++)
+        if ((near >> lane & 1) && sv_may_collide(vicinity_of(b, lane), b->body.site[i], b->body.site[j]))
+            close |= 1u << lane;
+    return close;
 }
 
-/* Makes the list anew for one lane: its old pairs go, those that are close now come, in order of i, j. */
-static void relist_lane(block *b, int lane)
+/* Makes the list anew for the lanes that are due: their old pairs go, those that are close now come,
+ * in order of i, j. */
+static void relist(block *b, vm due)
 {
     collisions *hits = &b->hits;
     const candidate *old = hits->pair, *old_end = old + hits->count;
     candidate *next = hits->spare;
-    const uint32_t bit = 1u << lane;
+    const uint32_t others = ~bits_of(due);
     for (int32_t i = 0; i < b->body.voxels; i++) {
         for (int32_t j = i + 1; j < b->body.voxels; j++) {
-            candidate c = {i, j, 0};
+            candidate c = {i, j, close_lanes(b, i, j, due)};
             if (old < old_end && old->a == i && old->b == j)
-                c.lanes = old++->lanes & ~bit;
-            if (close_enough(b, lane, i, j))
-                c.lanes |= bit;
+                c.lanes |= old++->lanes & others;
             if (c.lanes)
                 *next++ = c;
         }
@@ -52,13 +54,10 @@ static void keep_list(block *b, bool first_step)
     }
     hits->travel = hits->travel + vsqrt(fastest) * b->k.dt / b->batch->edge;
     vm due = gt(hits->travel, all(SV_LIST_TRAVEL));
-    if (!first_step && !any(due))
-        return;
-    for (int lane = 0; lane < SV_LANES; lane++) {
-        if ((hits->lanes >> lane & 1) && (first_step || lane_of(due, lane)))
-            relist_lane(b, lane);
-    }
     hits->travel = select(due, all(0), hits->travel);
+    due = (first_step ? lanes_of_bits(hits->lanes) : due & lanes_of_bits(hits->lanes));
+    if (any(due))
+        relist(b, due);
 }
 
 static void push_apart(block *b, const candidate *c)

@@ -78,3 +78,8 @@ int32_t sv_step_count(double time_step, double duration)
         steps++;
     return steps;
 }
+
+double sv_track_samples(double cycles, int32_t per_cycle)
+{
+    return floor((cycles + SV_SAMPLE_SLACK) * per_cycle) + 1;
+}

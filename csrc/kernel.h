@@ -11,8 +11,6 @@
 #define SV_JOIN_(a, b) a##b
 #define SV_JOIN(a, b) SV_JOIN_(a, b)
 
-#define SV_STEPS_BETWEEN_LOOKS 256 /* at whether the batch is cancelled */
-
 SV_INLINE void links_along(block *b, int axis, vf broken, bool masked)
 {
     for (int32_t i = b->body.first_link[axis]; i < b->body.first_link[axis + 1]; i++) {
@@ -52,7 +50,7 @@ static bool is_cancelled(const sv_progress *progress)
 SV_INLINE bool run_lanes(block *b, const sv_progress *progress, bool masked)
 {
     while (!look(b)) {
-        if (b->step % SV_STEPS_BETWEEN_LOOKS == 0 && is_cancelled(progress))
+        if (is_cancelled(progress))
             return false;
         step(b, masked);
     }

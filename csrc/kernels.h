@@ -14,6 +14,8 @@
 #define SV_LANES_AVX512 8
 #define SV_MOST_LANES 8
 
+#define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
+
 SV_DECLARE_KERNEL(portable)
 #if defined __x86_64__
 SV_DECLARE_KERNEL(avx2)

@@ -39,13 +39,9 @@ SV_INLINE vf vsqrt(vf a)
 {
     return _mm512_sqrt_pd(a);
 }
-SV_INLINE bool any(vm mask)
+SV_INLINE uint32_t bits_of(vm mask)
 {
-    return mask != 0;
-}
-SV_INLINE bool lane_of(vm mask, int lane)
-{
-    return mask >> lane & 1;
+    return mask;
 }
 SV_INLINE vm lanes_of_bits(uint32_t bits)
 {
@@ -63,10 +59,6 @@ SV_INLINE vm lt(vf a, vf b)
 SV_INLINE vm le(vf a, vf b)
 {
     return (vm)(a <= b);
-}
-SV_INLINE bool lane_of(vm mask, int lane)
-{
-    return mask[lane] != 0;
 }
 SV_INLINE vm lanes_of_bits(uint32_t bits)
 {
@@ -88,9 +80,9 @@ SV_INLINE vf vsqrt(vf a)
 {
     return _mm256_sqrt_pd(a);
 }
-SV_INLINE bool any(vm mask)
+SV_INLINE uint32_t bits_of(vm mask)
 {
-    return _mm256_movemask_pd((vf)mask) != 0;
+    return (uint32_t)_mm256_movemask_pd((vf)mask);
 }
 
 #else
@@ -105,17 +97,25 @@ SV_INLINE vf vsqrt(vf a)
         a[lane] = __builtin_sqrt(a[lane]);
     return a;
 }
-SV_INLINE bool any(vm mask)
+SV_INLINE uint32_t bits_of(vm mask)
 {
-    int64_t bits = 0;
+    uint32_t bits = 0;
     for (int lane = 0; lane < SV_LANES; lane++)
-        bits |= mask[lane];
-    return bits != 0;
+        bits |= (uint32_t)(mask[lane] & 1) << lane;
+    return bits;
 }
 
 #endif
 #endif
 
+SV_INLINE bool any(vm mask)
+{
+    return bits_of(mask) != 0;
+}
+SV_INLINE bool lane_of(vm mask, int lane)
+{
+    return bits_of(mask) >> lane & 1;
+}
 SV_INLINE vm gt(vf a, vf b)
 {
     return lt(b, a);

@@ -3,10 +3,9 @@
 #define SV_MEASURE_H
 
 #include "block.h"
+#include "kernels.h"
 
 #include <math.h>
-
-#define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
 
 static void centre_of_mass(const block *b, int lane, double centre[3])
 {

@@ -39,10 +39,12 @@ static bool is_runnable(const sv_batch *batch, int32_t design)
     for (size_t i = 0; i < sizeof *p / sizeof *number; i++)
         sum += 0.0 * number[i];
     for (size_t i = 0; batch->phase && i < sites; i++)
-        sum += batch->digits[at + i] == 2 ? 0.0 * batch->phase[at + i] : 0.0;
+        if (batch->digits[at + i] == 2 && !(fabs(batch->phase[at + i]) < SV_MOST_TURNS))
+            return false;
     for (size_t i = 0; i < sites * rows; i++)
         sum += batch->digits[at + i % sites] == 2 ? 0.0 * batch->strain[at * rows + i] : 0.0;
-    return sum == 0.0 && p->time_step > 0 && p->duration / p->time_step < INT32_MAX;
+    return sum == 0.0 && p->time_step > 0 && p->duration / p->time_step < INT32_MAX &&
+           p->frequency * p->duration < SV_MOST_TURNS;
 }
 
 /* Takes the block's designs from the plan. A lane without one, or whose design can't run, keeps company

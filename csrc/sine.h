@@ -4,6 +4,8 @@
 
 #include "lanes.h"
 
+#define SV_MOST_TURNS 0x1p50 /* beyond, a double no longer tells parts of a turn */
+
 /* sin(2 pi x) for |x| < 2^51, by its Taylor series on a quarter turn (remainder below 1e-18). */
 SV_INLINE vf sine_of_turns(vf x)
 {

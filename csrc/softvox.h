@@ -113,6 +113,9 @@ int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, 
 /* How many steps a run takes: the first time that exceeds duration ends it. -1 where they are too many to count. */
 int32_t sv_step_count(double time_step, double duration);
 
+/* How many rows the track of a run of so many cycles has, start and end included. */
+double sv_track_samples(double cycles, int32_t per_cycle);
+
 /* binding] */
 
 #endif

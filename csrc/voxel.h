@@ -78,15 +78,15 @@ SV_INLINE quat turned(quat q, v3 spin, vf half_dt)
 }
 
 /* The edge that the pump asks of a voxel. A swing of 0 is a voxel that is passive or not yet actuated:
- * it rests. physics.md 6.6 */
+ * it rests; one that is not finite must show. physics.md 6.6 */
 SV_INLINE vf pumped_edge(vf edge, vf strain, vf sine, const sv_batch *batch)
 {
     const vf rest = all(batch->edge), swing = rest * (strain * sine);
-    const vf target = select(gt(vabs(swing), all(0)), batch->pumped_rest + swing, rest);
+    const vf target = select(le(vabs(swing), all(0)), rest, batch->pumped_rest + swing);
     if (batch->actuation == SV_HOLD)
         return select(lt(target, rest) & lt(target, edge), edge, target);
     if (batch->actuation == SV_CLAMP)
-        return select(gt(target, rest), target, rest);
+        return select(le(target, rest), rest, target);
     return target;
 }
 

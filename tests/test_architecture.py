@@ -62,3 +62,8 @@ def test_importing_the_package_loads_no_heavy_library(module):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert not loaded & {"deap", "pandas", "matplotlib", "torch", "jax", "scipy"}
+
+
+def test_the_citation_names_the_packages_version():
+    citation = Path(__file__).parent.parent / "CITATION.cff"
+    assert f"\nversion: {softvox_gym.__version__}\n" in citation.read_text(encoding="utf-8")

@@ -16,6 +16,7 @@ def test_all_ways_of_writing_a_design_are_equal():
         6453,
         np.int64(6453),
         np.uint16(6453),
+        np.array(6453),
         "00021222",
         [0, 0, 0, 2, 1, 2, 2, 2],
         (0, 0, 0, 2, 1, 2, 2, 2),
@@ -98,6 +99,11 @@ def test_a_quarter_turn_takes_x_to_y():
     turned = design.rotated().array
     assert turned[1, 0, 0] == 1
     assert turned[1, 1, 0] == 2
+
+
+def test_half_a_quarter_turn_is_refused():
+    with pytest.raises(TypeError):
+        BEST.rotated(0.5)
 
 
 def test_turning_swaps_the_sides_of_the_lattice():

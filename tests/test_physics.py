@@ -82,6 +82,8 @@ def test_what_is_no_number_is_refused_by_name(name, value):
         ({"actuation": "expand_and_contract", "strain": 1.0}, "strain must be below 1"),
         ({"gravity": np.nan}, "gravity must be finite"),
         ({"duration": 1e9}, "duration of 1e\\+09 s in time steps of 0.000453 s can't be counted"),
+        ({"frequency_hz": 1e5}, "frequency_hz must be at most half the steps per second"),
+        ({"frequency_hz": 1.7e308}, "frequency_hz must be at most half"),
         ({"edge": 1e300}, "can't be counted"),
         ({"edge": 1e-300}, "can't be counted"),
         ({"density": [1e6, 1e-300]}, "can't be counted"),
@@ -135,6 +137,15 @@ def test_gravity_is_a_number_a_vector_or_one_of_either_per_design():
     assert Physics(gravity=np.ones((5, 3))).n_designs == 5
 
 
+def test_three_numbers_of_gravity_are_one_vector_for_any_batch():
+    sideways = Physics(gravity=[-9.81] * 3)
+    assert sideways.n_designs is None
+    np.testing.assert_array_equal(sideways.gravity_vector, [-9.81] * 3)
+    down = Physics(gravity=np.multiply.outer([1.0, 1.0, 1.0], [0, 0, -9.81]))
+    expected = simulate([7] * 3, Physics()).displacement
+    np.testing.assert_array_equal(simulate([7] * 3, down).displacement, expected)
+
+
 def test_arrays_are_copied_and_locked():
     densities = np.array([1e6, 2e6])
     physics = Physics(density=densities)
@@ -152,6 +163,9 @@ def test_physics_is_a_value():
     assert hash(one) == hash(other)
     assert one != Physics(density=[1e6, 3e6], gravity=(0, 0, -1))
     assert one != Physics()
+    zero, minus_zero = Physics(gravity=(0.0, 0.0, -1.0)), Physics(gravity=(-0.0, 0.0, -1.0))
+    assert zero == minus_zero
+    assert hash(zero) == hash(minus_zero)
     assert pickle.loads(pickle.dumps(one)) == one
 
 

@@ -1,6 +1,7 @@
 """simulate() takes what it says, refuses the rest by name, and can be interrupted."""
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -108,6 +109,10 @@ def test_what_is_no_design_is_refused(designs, error, message):
         ({"track": 1.0}, TypeError, "track must be a whole number"),
         ({"frames": -1}, ValueError, "frames must be at least 0"),
         ({"frames": True}, TypeError, "frames must be a whole number"),
+        ({"track": 2**40}, ValueError, "track must be at least 0 and at most 2147483647"),
+        ({"track": 2**31 - 1}, ValueError, "track=2147483647 asks for .* samples"),
+        ({"frames": 10**12}, ValueError, "frames must be at least 0 and at most 2147483647"),
+        ({"progress": 5}, TypeError, "progress must be a callable"),
         ({"threads": 0}, ValueError, "threads must be at least 1"),
         ({"threads": 1.5}, TypeError, "threads must be a whole number"),
         ({"physics": "published"}, TypeError, "physics must be a Physics"),
@@ -248,6 +253,12 @@ def test_frames_do_not_disturb_the_run():
     assert plain.displacement.tobytes() == watched.displacement.tobytes()
 
 
+def test_a_phase_too_far_to_have_parts_of_a_turn_is_marked():
+    phase = np.zeros((2, 2, 2, 2))
+    phase[0] = 2.0**60
+    assert list(simulate([6453, 6453], SHORT, phase=phase).status) == ["diverged", "ok"]
+
+
 def test_results_of_diverged_designs_are_nan():
     result = simulate([6560, 6560], replace(PUBLISHED, strain=[150.0, 0.2]), track=1)
     assert list(result.status) == ["diverged", "ok"]
@@ -282,6 +293,43 @@ def test_an_interrupt_stops_the_workers_at_once():
     with pytest.raises(KeyboardInterrupt):
         simulate(range(1, 6561), replace(PUBLISHED, duration=4000.0), progress=interrupt)
     assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("designs", [[], [0, 0]])
+def test_progress_is_told_even_where_nothing_is_simulated(designs):
+    calls = []
+    simulate(designs, SHORT, progress=lambda *call: calls.append(call))
+    assert calls[-1] == (len(designs), len(designs))
+
+
+def test_threads_that_call_at_once_do_not_meet():
+    expected = simulate(range(0, 6561, 50), SHORT).displacement.tobytes()
+    with ThreadPoolExecutor(4) as pool:
+        runs = [pool.submit(simulate, range(0, 6561, 50), SHORT) for _ in range(8)]
+    assert {run.result().displacement.tobytes() for run in runs} == {expected}
+
+
+def test_a_system_that_refuses_more_threads_gets_the_work_done_by_fewer(monkeypatch):
+    expected = simulate(range(1, 100), SHORT).displacement.tobytes()
+    start, started = threading.Thread.start, []
+
+    def refuse_the_third(thread):
+        if len(started) == 2:
+            raise RuntimeError("can't start new thread")
+        started.append(thread)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", refuse_the_third)
+    result = simulate(range(1, 100), SHORT, threads=9)
+    assert len(started) == 2
+    assert result.displacement.tobytes() == expected
+
+
+def test_results_are_compared_by_identity():
+    result = simulate(1, SHORT)
+    assert result == result
+    assert result != simulate(1, SHORT)
+    assert len({result}) == 1
 
 
 def raw_batch(n):

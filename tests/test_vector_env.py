@@ -159,6 +159,12 @@ def test_stepping_before_the_first_reset_is_refused():
             env.step(env.action_space.sample())
 
 
+def test_rendering_before_the_first_reset_is_refused():
+    for env in (native(2, render_mode="rgb_array"), oracle(2, render_mode="rgb_array")):
+        with pytest.raises(gym.error.ResetNeeded):
+            env.render()
+
+
 def test_stepping_over_the_end_is_refused_where_autoreset_is_disabled():
     for env in (native(2, AutoresetMode.DISABLED), oracle(2, AutoresetMode.DISABLED)):
         env.reset()
@@ -237,8 +243,18 @@ def test_its_spec_makes_it_again():
 
 @pytest.mark.parametrize("n", [0, -1, 2.5, True])
 def test_a_bad_number_of_environments_is_refused(n):
-    with pytest.raises(ValueError, match="num_envs"):
+    with pytest.raises((TypeError, ValueError), match="num_envs"):
         SoftVoxVectorEnv(n)
+
+
+def test_a_numpy_number_of_environments_is_a_number():
+    assert SoftVoxVectorEnv(np.int64(2)).num_envs == 2
+
+
+def test_a_bad_number_of_threads_is_refused_when_it_is_made():
+    for threads in (0, "a"):
+        with pytest.raises((TypeError, ValueError), match="threads"):
+            native(2, threads=threads)
 
 
 def test_an_unknown_autoreset_mode_is_refused():

@@ -148,7 +148,7 @@ class Design:
         Design
             On a lattice of shape (ny, nx, nz) where k is odd.
         """
-        return _of_array(np.rot90(self.array, k))
+        return _of_array(np.rot90(self.array, as_index(k)))
 
     def mirrored(self) -> Design:
         """Mirror the robot in a plane across x (x becomes nx - 1 - x)."""
@@ -229,6 +229,8 @@ def _digits_of_index(number: int, shape: Shape) -> tuple[bytes, Shape]:
 
 
 def _digits_of_array(values: ArrayLike, shape: Shape | None) -> tuple[bytes, Shape]:
+    if isinstance(values, np.ndarray) and values.ndim == 0 and values.dtype.kind in "iu":
+        return _digits_of_index(int(values), shape or DEFAULT_SHAPE)
     array = checked_digits(values)
     if array.ndim == 3:
         return array.tobytes(order="F"), checked_shape(array.shape)

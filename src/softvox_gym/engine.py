@@ -47,7 +47,7 @@ if PARAMETERS.itemsize != ffi.sizeof("sv_parameters"):
     raise ImportError("softvox_gym._engine was built from another version: build it again")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Batch:
     """What a run needs, as the engine wants it: C-contiguous, sites in index order.
 
@@ -81,7 +81,7 @@ class Batch:
     frame_count: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Output:
     """What a run gives, SI; NaN where a design never got there.
 
@@ -163,6 +163,11 @@ def default_threads() -> int:
 def step_count(time_step: float, duration: float) -> int:
     """Return how many steps a run takes until the time first exceeds the duration."""
     return int(lib.sv_step_count(time_step, duration))
+
+
+def track_samples(cycles: float, per_cycle: int) -> float:
+    """Return how many samples the track of a run has, start and end included."""
+    return float(lib.sv_track_samples(cycles, per_cycle))
 
 
 def _pointer(ctype: str, array: NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> Any:
@@ -276,32 +281,46 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
         codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa))
         del keep
 
-    empty = n - int(np.count_nonzero(order[: plan.blocks] >= 0))
     count = min(default_threads() if threads is None else threads, plan.blocks)
     workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
-    _drive(workers, shared, progress and (lambda done: progress(done + empty, n)))
-    if len(codes) != count:
+    empty = n - int(np.count_nonzero(order[: plan.blocks] >= 0))
+    started = _drive(workers, lambda: progress and progress(shared.done + empty, n), shared)
+    if len(codes) != started:
         raise MemoryError(f"a worker could not get its {size} bytes of memory")
     for code in codes:
         _expect_done(code)
     return output
 
 
-def _drive(
-    workers: list[threading.Thread], shared: Any, progress: Callable[[int], None] | None
-) -> None:
-    """Run the workers to their end; when anything interrupts that, stop them first."""
+def _drive(workers: list[threading.Thread], report: Callable[[], None], shared: Any) -> int:
+    """Run the workers to their end, reporting on the way; when interrupted, stop them first.
+
+    Returns how many there were: where the system refuses more threads, some do the work of all.
+    """
+    started: list[threading.Thread] = []
     try:
         for worker in workers:
-            worker.start()
-        for worker in workers:
+            if not _start(worker, is_first=not started):
+                break
+            started.append(worker)
+        for worker in started:
             while worker.is_alive():
                 worker.join(POLL_SECONDS)
-                if progress is not None:
-                    progress(shared.done)
+                report()
+        report()
     except BaseException:
         shared.cancel = 1
-        for worker in workers:
-            if worker.ident is not None:
-                worker.join()
+        for worker in started:
+            worker.join()
         raise
+    return len(started)
+
+
+def _start(worker: threading.Thread, *, is_first: bool) -> bool:
+    try:
+        worker.start()
+    except RuntimeError:
+        if is_first:
+            raise RuntimeError("the system refuses to start a single thread") from None
+        return False
+    return True

@@ -46,8 +46,8 @@ class Physics:
     shear_strength : float or (n,) array
         Pa, interfacial; adds shear_strength times the squared edge to both friction limits.
     gravity : float, (3,) vector, (n,) or (n, 3) array
-        m/s^2. A number is along z, so negative is down; three numbers are a vector: a tilted floor
-        is a tilted gravity.
+        m/s^2. A number is along z, so negative is down; three numbers are always one vector, so
+        that a batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity.
     damping_link, damping_ground, damping_global : float or (n,) array
         Damping ratios of links, of contact with the ground, and of a slow drag on every voxel.
     frequency_hz : float or (n,) array
@@ -228,6 +228,12 @@ class Physics:
                 f"(at most {MOST_STEPS} steps); change it, or time_step_fraction, edge, "
                 "youngs_modulus or density"
             )
+        most = 1 / (2 * step)
+        if np.any(np.asarray(self.frequency_hz) > most):
+            raise ValueError(
+                f"frequency_hz must be at most half the steps per second, here "
+                f"{np.min(most):.4g}, got {np.max(self.frequency_hz):g}"
+            )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Physics):
@@ -238,7 +244,8 @@ class Physics:
 
     def __hash__(self) -> int:
         values = (getattr(self, f.name) for f in fields(self))
-        return hash(tuple(v.tobytes() if isinstance(v, np.ndarray) else v for v in values))
+        # -0.0 equals 0.0 and so must hash alike; + 0.0 makes them one.
+        return hash(tuple((v + 0.0).tobytes() if isinstance(v, np.ndarray) else v for v in values))
 
     @property
     def n_designs(self) -> int | None:
@@ -295,8 +302,8 @@ class Physics:
         ValueError
             Where cycles is not a positive number.
         """
-        if not np.isfinite(cycles) or cycles <= 0:
-            raise ValueError(f"cycles must be a positive number, got {cycles}")
+        if not isinstance(cycles, (int, float, np.number)) or not 0 < cycles < np.inf:
+            raise ValueError(f"cycles must be a positive number, got {cycles!r}")
         return replace(self, duration=self.settle_time + cycles / np.asarray(self.frequency_hz))
 
     def to_dict(self) -> dict[str, Any]:

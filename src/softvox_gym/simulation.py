@@ -14,11 +14,11 @@ from softvox_gym import engine
 from softvox_gym.design import ACTIVE, Design, Shape, stack_of
 from softvox_gym.physics import Physics
 
-#: Cycles by which the last sample of a track may lie past the end of the run (csrc/measure.h).
-SAMPLE_SLACK = 1e-3
+#: The engine counts in 32 bits.
+MOST = 2**31 - 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
     """Every voxel of every design, every few steps, as the step begins.
 
@@ -44,7 +44,7 @@ class Frames:
     edge: NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """What became of a batch of designs.
 
@@ -125,8 +125,9 @@ def simulate(
         Its arrays hold one value per design. `Physics.published()` where None.
     strain : array_like, shape (n, nx, ny, nz) or (n, cycles, nx, ny, nz), optional
         Amplitude of every voxel in place of `physics.strain`, constant or cycle by cycle from the
-        first after settling; a run with more cycles keeps the last. Passive voxels ignore it. A
-        design with an amplitude that is not finite is marked as diverged.
+        first after settling; a run with more cycles keeps the last. A cycle ends when
+        frequency times time plus the voxel's phase is whole. Passive voxels ignore it. A design
+        with an amplitude that is not finite is marked as diverged.
     phase : array_like, shape (n, nx, ny, nz), optional
         Phase of every voxel's actuation in cycles; 0 where None. Likewise.
     track : int
@@ -160,10 +161,12 @@ def simulate(
             "of a preset's name or a dict"
         )
     stack = stack_of(designs)
-    _check_count("track", track, least=0)
-    _check_count("frames", frames, least=0)
+    check_count("track", track, least=0)
+    check_count("frames", frames, least=0)
     if threads is not None:
-        _check_count("threads", threads, least=1)
+        check_count("threads", threads, least=1)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a callable (done, total), got {progress!r}")
     n = len(stack)
     if physics.n_designs not in (None, n):
         raise ValueError(f"physics has arrays for {physics.n_designs} designs, but there are {n}")
@@ -186,11 +189,18 @@ def simulate(
     return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
 
 
-def _check_count(name: str, value: Any, *, least: int) -> None:
+def check_count(name: str, value: Any, *, least: int) -> None:
+    """Make sure that an argument is a whole number that the engine can count to.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument.
+    """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} must be a whole number, got {value!r}")
-    if value < least:
-        raise ValueError(f"{name} must be at least {least}, got {value}")
+    if not least <= value <= MOST:
+        raise ValueError(f"{name} must be at least {least} and at most {MOST}, got {value}")
 
 
 def _lattice(stack: NDArray[np.uint8]) -> Shape:
@@ -268,8 +278,15 @@ def _parameters(physics: Physics, n: int) -> NDArray[Any]:
 
 def sample_count(physics: Physics, per_cycle: int) -> int:
     """Return how many samples the longest track of a batch has."""
+    if per_cycle == 0:
+        return 0
     cycles = np.max(np.asarray(physics.cycles), initial=0.0)
-    return int(np.floor((cycles + SAMPLE_SLACK) * per_cycle)) + 1 if per_cycle else 0
+    samples = engine.track_samples(float(cycles), per_cycle)
+    if samples > MOST:
+        raise ValueError(
+            f"track={per_cycle} asks for {samples:.3g} samples, and at most {MOST} fit"
+        )
+    return int(samples)
 
 
 def _frame_count(physics: Physics, every: int) -> int:

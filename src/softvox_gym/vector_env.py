@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import env as single
 from softvox_gym.rendering import Pose, render
-from softvox_gym.simulation import simulate
+from softvox_gym.simulation import check_count, simulate
 
 Batch = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
@@ -24,8 +24,9 @@ Batch = tuple[
 class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray[Any]]):
     """`SoftVoxEnv` for a batch of designs.
 
-    It can't be told from a ``SyncVectorEnv`` of single environments by what it returns:
-    observations, rewards, infos with their masks, seeds, autoreset. It only takes less time.
+    ``reset`` and ``step`` return what those of a ``SyncVectorEnv`` of single environments do:
+    observations, rewards, infos with their masks, in every autoreset mode; the seeds are the same.
+    It only takes less time.
 
     Parameters
     ----------
@@ -56,9 +57,10 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
     ) -> None:
-        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
-            raise ValueError(f"num_envs must be a positive whole number, got {num_envs!r}")
-        self.num_envs = num_envs
+        check_count("num_envs", num_envs, least=1)
+        if threads is not None:
+            check_count("threads", threads, least=1)
+        self.num_envs = num_envs = int(num_envs)
         self.physics = single.single_physics(physics)
         self.render_mode = single.checked_render_mode(render_mode)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
@@ -157,7 +159,15 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         return self._observations.copy(), rewards, steps, truncations, infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every environment's picture; None without a render mode."""
+        """Return every environment's picture; None without a render mode.
+
+        Raises
+        ------
+        ResetNeeded
+            Before the first reset.
+        """
+        if not self._has_reset.all():
+            raise ResetNeeded("cannot call render() before reset()")
         if self.render_mode is None:
             return None
         return tuple(render(pose) for pose in self._poses)
