@@ -62,7 +62,7 @@ SV_INLINE vm le(vf a, vf b)
 }
 SV_INLINE vm lanes_of_bits(uint32_t bits)
 {
-    vm mask;
+    vm mask = {0};
     for (int lane = 0; lane < SV_LANES; lane++)
         mask[lane] = -(int64_t)(bits >> lane & 1);
     return mask;
