@@ -16,6 +16,8 @@ DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
 ABSENT, PASSIVE, ACTIVE = 0, 1, 2
 DEFAULT_SHAPE: Shape = (2, 2, 2)
+N_SITES = prod(DEFAULT_SHAPE)
+N_DESIGNS = 3**N_SITES
 
 
 class Design:
@@ -360,12 +362,12 @@ def _stack_of_array(array: NDArray[Any]) -> NDArray[np.uint8]:
     if array.ndim == 1 and array.dtype.kind in "iu":
         for extreme in (array.min(), array.max()) if array.size else ():
             _checked_index(int(extreme))
-        powers = 3 ** np.arange(prod(DEFAULT_SHAPE))
+        powers = 3 ** np.arange(N_SITES)
         return _rows_to_lattice(array[:, np.newaxis].astype(np.int64) // powers % 3)
     if array.ndim == 1:
         return stack_of(list(array))
     digits = checked_digits(array)
-    if digits.ndim == 2 and digits.shape[1] == prod(DEFAULT_SHAPE):
+    if digits.ndim == 2 and digits.shape[1] == N_SITES:
         return _rows_to_lattice(digits)
     if digits.ndim == 4:
         checked_shape(digits.shape[1:])

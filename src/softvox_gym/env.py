@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE
+from softvox_gym.design import ACTIVE, N_SITES
 from softvox_gym.engine import step_count
 from softvox_gym.physics import Physics
 from softvox_gym.rendering import Pose, render
@@ -21,7 +21,6 @@ PhysicsLike = str | Mapping[str, Any] | Physics
 
 METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
 
-N_SITES = 8
 SAMPLES_PER_CYCLE = 1
 
 

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.design import N_DESIGNS
 from softvox_gym.engine import Progress
 from softvox_gym.files import write_folder
 from softvox_gym.manifest import digest, provenance
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
 
-N_DESIGNS = 3**8
 TABLE, MANIFEST = "landscape.csv", "manifest.json"
 COLUMNS = ("design", "digits", "dx", "dy", "dz", "fitness", "status")
 

@@ -16,8 +16,8 @@ Parameter: TypeAlias = float | NDArray[np.float64]
 ACTUATIONS = ("hold", "clamp", "expand_and_contract")
 PRESETS = ("published", "exact")
 
-#: The engine counts steps in 32 bits.
-MOST_STEPS = 2**31 - 1
+#: The engine counts in 32 bits.
+MOST = 2**31 - 1
 
 
 def _about(unit: str, bounds: str, meaning: str) -> dict[str, str]:
@@ -217,7 +217,7 @@ class Physics:
         with np.errstate(all="ignore"):
             step = np.asarray(self.time_step)
             steps = np.asarray(self.duration) / step
-        countable = np.isfinite(step) & (step > 0) & (steps <= MOST_STEPS)
+        countable = np.isfinite(step) & (step > 0) & (steps <= MOST)
         if not np.all(countable):
             duration, step = (
                 np.broadcast_to(value, countable.shape)[~countable].flat[0]
@@ -225,7 +225,7 @@ class Physics:
             )
             raise ValueError(
                 f"duration of {duration:g} s in time steps of {step:.3g} s can't be counted "
-                f"(at most {MOST_STEPS} steps); change it, or time_step_fraction, edge, "
+                f"(at most {MOST} steps); change it, or time_step_fraction, edge, "
                 "youngs_modulus or density"
             )
         most = 1 / (2 * step)

@@ -12,10 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import engine
 from softvox_gym.design import ACTIVE, Design, Shape, stack_of
-from softvox_gym.physics import Physics
-
-#: The engine counts in 32 bits.
-MOST = 2**31 - 1
+from softvox_gym.physics import MOST, Physics
 
 
 @dataclass(frozen=True, eq=False)

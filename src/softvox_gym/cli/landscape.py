@@ -10,11 +10,12 @@ from typing import Any
 from softvox_gym import exhaustive
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
+from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_folder
 from softvox_gym.progress import Progress
 
 DESCRIPTION = f"""\
-Simulate all {exhaustive.N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
+Simulate all {N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
   {exhaustive.TABLE}  design, digits, dx, dy, dz, fitness, status: displacement of
                  the centre of mass in voxel widths (cm for the 1 cm voxel),
                  fitness = sqrt(dx^2 + dy^2), status ok or diverged (then nan)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import engine
-from softvox_gym.design import Design
+from softvox_gym.design import N_DESIGNS, Design
 from softvox_gym.manifest import digest
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
@@ -28,8 +28,6 @@ from softvox_gym.verify.agreement import (
 )
 from softvox_gym.verify.records import Records, designs, document, flags, numbers, records
 from softvox_gym.verify.trajectories import trajectories
-
-N_DESIGNS = 3**8
 
 #: Digest of the published landscape's displacements, on every machine and instruction set.
 GOLDEN = "7bc2ffe3d2e87be874a7775c930c5937eea9c88522328be62a850620578a05b0"
