@@ -52,18 +52,11 @@ def yardstick(program: Path) -> float:
     return float(run.stdout)
 
 
-def cpu_seconds(work: Callable[[], object]) -> float:
-    """Return the processor seconds that some work takes, over all threads."""
-    start = time.process_time()
+def seconds(work: Callable[[], object]) -> tuple[float, float]:
+    """Return the seconds that some work takes: of the processor over all threads, of the wall."""
+    cpu, wall = time.process_time(), time.perf_counter()
     work()
-    return time.process_time() - start
-
-
-def wall_seconds(work: Callable[[], object]) -> float:
-    """Return the seconds that some work takes on the wall clock."""
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
+    return time.process_time() - cpu, time.perf_counter() - wall
 
 
 def landscape(threads: int = 1) -> Any:
@@ -84,11 +77,12 @@ def measure(isa: str, program: Path, repeat: int, total_steps: int) -> dict[str,
     env = gym.make_vec(softvox_gym.ENV_ID, num_envs=BATCH, threads=1, autoreset_mode="Disabled")
     rows = []
     for _ in range(repeat):
-        unit, whole = yardstick(program), cpu_seconds(landscape)
-        one, two = wall_seconds(landscape), wall_seconds(lambda: landscape(threads=2))
-        batch = cpu_seconds(lambda: simulate(designs, PUBLISHED, threads=1, track=1))
+        unit = yardstick(program)
+        whole, one = seconds(landscape)
+        _, two = seconds(lambda: landscape(threads=2))
+        batch, _ = seconds(lambda: simulate(designs, PUBLISHED, threads=1, track=1))
         env.reset()
-        step = cpu_seconds(lambda: env.step(designs))
+        step, _ = seconds(lambda: env.step(designs))
         rows.append(
             {
                 "yardstick_s": unit,

@@ -43,7 +43,7 @@ static void relist(block *b, vm due)
 }
 
 /* Adds up how far the fastest voxel has come, and makes the list anew where that is too far. */
-static void keep_list(block *b, bool first_step)
+static void keep_list(block *b)
 {
     collisions *hits = &b->hits;
     vf fastest = all(0);
@@ -55,7 +55,8 @@ static void keep_list(block *b, bool first_step)
     hits->travel = hits->travel + vsqrt(fastest) * b->k.dt / b->batch->edge;
     vm due = gt(hits->travel, all(SV_LIST_TRAVEL));
     hits->travel = select(due, all(0), hits->travel);
-    due = (first_step ? lanes_of_bits(hits->lanes) : due & lanes_of_bits(hits->lanes));
+    const vm may_collide = lanes_of_bits(hits->lanes);
+    due = b->step == 0 ? may_collide : due & may_collide;
     if (any(due))
         relist(b, due);
 }
@@ -79,7 +80,7 @@ static void collide(block *b)
 {
     if (!b->hits.lanes)
         return;
-    keep_list(b, b->step == 0);
+    keep_list(b);
     if (!b->hits.count)
         return;
     for (int32_t v = 0; v < b->body.voxels; v++)

@@ -325,6 +325,28 @@ def test_a_system_that_refuses_more_threads_gets_the_work_done_by_fewer(monkeypa
     assert result.displacement.tobytes() == expected
 
 
+def test_a_system_that_refuses_every_thread_is_an_error(monkeypatch):
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    with pytest.raises(RuntimeError, match="refuses to start a single thread"):
+        simulate(1, SHORT)
+
+
+def test_a_worker_without_memory_is_an_error(monkeypatch):
+    memory = engine._memory
+
+    def refuse_workers(size):
+        if threading.current_thread() is not threading.main_thread():
+            raise MemoryError
+        return memory(size)
+
+    monkeypatch.setattr(engine, "_memory", refuse_workers)
+    with pytest.raises(MemoryError, match=r"a worker could not get its .* bytes"):
+        simulate(1, SHORT)
+
+
 def test_results_are_compared_by_identity():
     result = simulate(1, SHORT)
     assert result == result
