@@ -8,7 +8,7 @@ SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -c -o /dev/null
 
-.PHONY: landscape test verify lint sanitize benchmark picture sdist clean
+.PHONY: landscape test verify lint sanitize benchmark picture table noise sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -50,6 +50,13 @@ sanitize: sdist
 		tests/test_bits.py tests/test_laws.py tests/test_oracle.py tests/test_simulate.py \
 		tests/test_vector_env.py
 
+# The tables that ship with the package; anew after a change of the engine or of the noise.
+table: $(VENV)/installed
+	$(BIN)/python tools/table.py
+
+noise: $(VENV)/installed
+	$(BIN)/python tools/noise.py
+
 sdist: $(VENV)/installed
 	rm -rf dist
 	$(BIN)/python -m pip install --quiet build
@@ -63,4 +70,4 @@ picture: $(VENV)/installed
 	$(BIN)/python docs/picture.py
 
 clean:
-	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info src/softvox_gym/_engine.*
+	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info *.egg-info src/softvox_gym/_engine.*

@@ -14,13 +14,18 @@ FOLDER = Path(softvox_gym.__file__).parent
 #: Floors from the engine up. Modules of one floor may import those of lower floors only.
 FLOORS = [
     {"_engine"},
-    {"engine", "design", "physics", "rendering", "files", "progress"},
-    {"simulation"},
+    {"engine", "design", "physics", "rendering", "files", "progress", "aggregates"},
+    {"simulation", "conditions"},
+    {"outcome", "noise"},
+    {"table"},
+    {"bench"},
     {"env"},
     {"vector_env"},
+    {"wrappers"},
+    {"noisy"},
     {"__init__"},
     {"manifest"},
-    {"exhaustive", "verify"},
+    {"exhaustive", "verify", "analysis"},
     {"cli"},
     {"__main__"},
 ]

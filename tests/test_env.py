@@ -57,6 +57,7 @@ def test_one_step_simulates_the_design_and_ends_the_episode():
         "status": "ok",
         "n_voxels": 5,
         "is_connected": True,
+        "steps": result.steps[0],
     }
 
 

@@ -3,18 +3,22 @@
 from gymnasium.envs.registration import register, registry
 
 from softvox_gym.design import Design
+from softvox_gym.noisy import noisy_landscape
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Frames, Result, simulate
+from softvox_gym.table import landscape
 
-__all__ = ["Design", "Frames", "Physics", "Result", "simulate"]
+__all__ = ["Design", "Frames", "Physics", "Result", "landscape", "noisy_landscape", "simulate"]
 
 __version__ = "0.1.0"
 
 ENV_ID = "SoftVox2x2x2-v0"
+TABLE_ENV_ID = "SoftVoxTable2x2x2-v0"
 
-if ENV_ID not in registry:  # the module may be imported anew
-    register(
-        ENV_ID,
-        entry_point="softvox_gym.env:SoftVoxEnv",
-        vector_entry_point="softvox_gym.vector_env:SoftVoxVectorEnv",
-    )
+for _id, _kind in ((ENV_ID, "SoftVox"), (TABLE_ENV_ID, "SoftVoxTable")):
+    if _id not in registry:  # the module may be imported anew
+        register(
+            _id,
+            entry_point=f"softvox_gym.env:{_kind}Env",
+            vector_entry_point=f"softvox_gym.vector_env:{_kind}VectorEnv",
+        )

@@ -10,18 +10,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE, N_SITES
-from softvox_gym.engine import step_count
+from softvox_gym.bench import SAMPLES_PER_CYCLE, Bench, TableBench
+from softvox_gym.design import N_SITES
 from softvox_gym.physics import Physics
 from softvox_gym.rendering import Pose, render
-from softvox_gym.simulation import Result, sample_count, simulate
+from softvox_gym.simulation import sample_count
 
 Observation = NDArray[np.float64]
 PhysicsLike = str | Mapping[str, Any] | Physics
 
 METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
-
-SAMPLES_PER_CYCLE = 1
 
 
 class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
@@ -73,6 +71,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     status       str      "ok" or "diverged"
     n_voxels     int
     is_connected bool     one piece
+    steps        int      time steps simulated
     ============ ======== ===============================================
 
     Parameters
@@ -100,11 +99,15 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     def __init__(
         self, *, physics: PhysicsLike = "published", render_mode: str | None = None
     ) -> None:
-        self.physics = single_physics(physics)
+        checked = single_physics(physics)
         self.render_mode = checked_render_mode(render_mode)
+        self._set_up(Bench(checked, with_poses=render_mode is not None))
+
+    def _set_up(self, bench: Bench) -> None:
+        self.bench = bench
+        self.physics = bench.physics
         self.action_space = action_space()
-        self.observation_space: gym.Space[Observation] = observation_space(self.physics)
-        self._frames = last_step(self.physics) if render_mode else 0
+        self.observation_space: gym.Space[Observation] = observation_space(bench.physics)
         self._pose: Pose | None = None
 
     def reset(
@@ -119,11 +122,11 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         self, action: NDArray[np.int64]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Simulate the design; see the class for what is returned."""
-        designs = checked_actions(np.asarray(action)[np.newaxis])
-        result = simulate(designs, self.physics, track=SAMPLES_PER_CYCLE, frames=self._frames)
-        self._pose = final_pose(result, 0) if self.render_mode else None
-        observation = observations(result)[0]
-        return observation, float(rewards(result)[0]), True, False, infos(result)[0]
+        rows = checked_actions(np.asarray(action)[np.newaxis])
+        outcome, poses = self.bench.run(rows, lambda: [self.np_random])
+        self._pose = poses[0] if poses else None
+        info = {key: _plain(column[0]) for key, column in outcome.infos().items()}
+        return outcome.observations[0], float(outcome.rewards[0]), True, False, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the picture, uint8 of shape (height, width, 3); None without a render mode."""
@@ -134,6 +137,32 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
             )
             return None
         return render(self._pose)
+
+
+class SoftVoxTableEnv(SoftVoxEnv):
+    """`SoftVoxEnv` with physics "published", answering from the table that ships with the package.
+
+    Observations, rewards and infos are the same bits; only faster. It can't be made noisy by
+    wrappers that disturb the physics. Pictures are simulated.
+
+    Parameters
+    ----------
+    render_mode : {"rgb_array"}, optional
+        As in `SoftVoxEnv`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown render mode; by `step` for an action that is not in the action space.
+
+    Versions
+    --------
+    v0: the first.
+    """
+
+    def __init__(self, *, render_mode: str | None = None) -> None:
+        self.render_mode = checked_render_mode(render_mode)
+        self._set_up(TableBench(with_poses=render_mode is not None))
 
 
 def action_space() -> spaces.MultiDiscrete:
@@ -193,52 +222,6 @@ def checked_actions(actions: NDArray[Any]) -> NDArray[Any]:
     return actions
 
 
-def rewards(result: Result) -> NDArray[np.float64]:
-    """Return the rewards of a batch, shape (n,): fitness, 0 where diverged."""
-    return np.where(np.isnan(result.fitness), 0.0, result.fitness)
-
-
-def observations(result: Result) -> NDArray[np.float64]:
-    """Return the observations of a batch, shape (n, samples, 3), NaN replaced by zero."""
-    assert result.track is not None
-    return np.nan_to_num(result.track, nan=0.0)
-
-
-def infos(result: Result) -> list[dict[str, Any]]:
-    """Return the info of each design of a batch."""
-    designs = [result.design(i) for i in range(len(result))]
-    return [
-        {
-            "design": design.index,
-            "fitness": float(result.fitness[i]),
-            "displacement": result.displacement[i].copy(),
-            "status": str(result.status[i]),
-            "n_voxels": design.n_voxels,
-            "is_connected": design.is_connected,
-        }
-        for i, design in enumerate(designs)
-    ]
-
-
-def last_step(physics: Physics) -> int:
-    """Return the step at which a run under the physics ends."""
-    return step_count(float(physics.time_step), float(physics.duration))
-
-
-def final_pose(result: Result, i: int) -> Pose | None:
-    """Return how the i-th design's run left it, or None where it has no voxels.
-
-    The result must hold a frame of the last step. A design that diverged is shown as built.
-    """
-    assert result.frames is not None
-    frames, digits = result.frames, result.designs[i]
-    present = digits > 0
-    if not present.any():
-        return None
-    row = -1 if result.status[i] == "ok" else 0
-    return Pose(
-        position=frames.position[i, row][present] / result.physics.edge,
-        quaternion=frames.quaternion[i, row][present],
-        edge=frames.edge[i, row][present] / result.physics.edge,
-        active=digits[present] == ACTIVE,
-    )
+def _plain(value: Any) -> Any:
+    """Return a numpy number as Python's; arrays and text as they are."""
+    return value.item() if isinstance(value, np.generic) else value

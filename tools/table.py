@@ -1,0 +1,42 @@
+"""Make the table that ships with the package, src/softvox_gym/reference/landscape.*, anew.
+
+Run by `make table`, after a change of the engine that changes its bits.
+"""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+
+import softvox_gym
+from softvox_gym import Physics, simulate
+from softvox_gym.design import N_DESIGNS
+from softvox_gym.files import write_file
+from softvox_gym.manifest import digest, provenance
+from softvox_gym.table import ORIGIN, TRACKS
+
+FOLDER = Path(softvox_gym.__file__).parent / "reference"
+FACTS = ("version", "commit", "compiler", "instruction_set")
+
+
+def main() -> None:
+    """Simulate all designs and write their tracks, and where they come from."""
+    origin = provenance()
+    result = simulate(np.arange(N_DESIGNS), Physics.published(), track=1)
+    assert result.track is not None
+    assert np.array_equal(result.track[:, -1], result.displacement)
+    assert (result.status == "ok").all()
+    archive = io.BytesIO()
+    np.savez_compressed(archive, track=result.track, steps=result.steps)
+    facts = {
+        "engine_digest": digest(result.displacement),
+        "physics": "published",
+        **{name: origin[name] for name in FACTS},
+    }
+    write_file(FOLDER / TRACKS, archive.getvalue(), force=True)
+    write_file(FOLDER / ORIGIN, (json.dumps(facts, indent=2) + "\n").encode(), force=True)
+
+
+if __name__ == "__main__":
+    main()
