@@ -14,7 +14,7 @@ FOLDER = Path(softvox_gym.__file__).parent
 #: Floors from the engine up. Modules of one floor may import those of lower floors only.
 FLOORS = [
     {"_engine"},
-    {"engine", "design", "physics", "rendering", "files", "progress", "aggregates"},
+    {"engine", "design", "physics", "rendering", "files", "progress", "aggregates", "portable"},
     {"simulation", "conditions"},
     {"outcome", "noise"},
     {"table"},

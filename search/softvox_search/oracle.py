@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
+
 from softvox_gym.design import DEFAULT_SHAPE, N_DESIGNS, stack_of
 from softvox_gym.wrappers import is_noisy
-
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, indices_of
 

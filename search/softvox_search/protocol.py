@@ -7,6 +7,7 @@ from typing import Any, Protocol, TypeAlias, TypedDict, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+
 from softvox_gym import Design
 from softvox_gym.design import N_DESIGNS, N_SITES
 

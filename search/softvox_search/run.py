@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from softvox_gym import Design
-
 from softvox_search.oracle import Oracle, SearcherError
 from softvox_search.protocol import Searcher
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from softvox_gym.conditions import Conditions, held
 from softvox_gym.design import DEFAULT_SHAPE
 from softvox_gym.physics import Physics
+from softvox_gym.portable import cos_sin, direction, exp, normal
 
 #: A frequency is kept within so many standard deviations, and above this share of the nominal.
 FREQUENCY_DEVIATIONS = 5.0
@@ -90,18 +91,17 @@ class Channels:
         """
         k = len(conditions.phase)
         sites = (k, *DEFAULT_SHAPE)
-        strain = 1 + self.strain * rng.standard_normal(sites)
+        strain = 1 + self.strain * normal(rng, sites)
         leaks = rng.random(sites) < self.leak
-        phase = self.phase * rng.standard_normal(sites)
-        frequency = 1 + self.frequency * np.clip(
-            rng.standard_normal(k), -FREQUENCY_DEVIATIONS, FREQUENCY_DEVIATIONS
-        )
-        static, kinetic = np.exp(self.friction * rng.standard_normal((2, k)))
-        stiffness = np.exp(self.stiffness * rng.standard_normal(k))
-        density = np.exp(self.density * rng.standard_normal(k))
-        tilt = np.radians(self.tilt * rng.standard_normal(k))
-        azimuth = 2 * np.pi * rng.random(k)
-        per_cycle = 1 + self.strain_per_cycle * rng.standard_normal((k, cycles, *DEFAULT_SHAPE))
+        phase = self.phase * normal(rng, sites)
+        deviation = np.clip(normal(rng, k), -FREQUENCY_DEVIATIONS, FREQUENCY_DEVIATIONS)
+        frequency = 1 + self.frequency * deviation
+        static, kinetic = exp(self.friction * normal(rng, (2, k)))
+        stiffness = exp(self.stiffness * normal(rng, k))
+        density = exp(self.density * normal(rng, k))
+        tilt = np.pi / 180 * (self.tilt * normal(rng, k))
+        downhill = direction(rng, k)
+        per_cycle = 1 + self.strain_per_cycle * normal(rng, (k, cycles, *DEFAULT_SHAPE))
         per_cycle = held(per_cycle, conditions.strain.shape[1])
 
         friction_static = conditions.friction_static * static
@@ -117,7 +117,7 @@ class Channels:
             friction_kinetic=np.minimum(conditions.friction_kinetic * kinetic, friction_static),
             youngs_modulus=conditions.youngs_modulus * stiffness,
             density=conditions.density * density,
-            gravity=tilted(conditions.gravity, tilt, azimuth),
+            gravity=tilted(conditions.gravity, tilt, downhill),
         )
 
     def cycles_to_draw(self, physics: Physics) -> int:
@@ -127,7 +127,7 @@ class Channels:
 
 
 def tilted(
-    gravity: NDArray[np.float64], tilt: NDArray[np.float64], azimuth: NDArray[np.float64]
+    gravity: NDArray[np.float64], tilt: NDArray[np.float64], downhill: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return gravity as seen from a tilted floor, shape (k, 3).
 
@@ -137,21 +137,26 @@ def tilted(
         m/s^2, over a level floor.
     tilt : ndarray, shape (k,)
         Radians.
-    azimuth : ndarray, shape (k,)
-        Of the direction that goes down, radians counter-clockwise from +x.
+    downhill : ndarray, shape (2, k)
+        Horizontal unit vector (x, y) of the direction that goes down.
 
     Notes
     -----
-    Rotates about the horizontal axis (-sin a, cos a, 0) by -tilt (Rodrigues' formula), so that
-    gravity along -z gets a part along the azimuth.
+    Turns gravity in the plane of the vertical and the downhill direction, so that gravity along -z
+    gets a part downhill. What is across that plane stays.
     """
-    axis = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=-1)
-    cosine, sine = np.cos(-tilt)[:, np.newaxis], np.sin(-tilt)[:, np.newaxis]
-    along = (axis * gravity).sum(axis=-1, keepdims=True)
-    turned: NDArray[np.float64] = (
-        gravity * cosine + np.cross(axis, gravity) * sine + axis * along * (1 - cosine)
+    cosine, sine = cos_sin(tilt)
+    x, y = downhill
+    along = x * gravity[:, 0] + y * gravity[:, 1]
+    turned = along * cosine - gravity[:, 2] * sine
+    return np.stack(
+        [
+            gravity[:, 0] + (turned - along) * x,
+            gravity[:, 1] + (turned - along) * y,
+            along * sine + gravity[:, 2] * cosine,
+        ],
+        axis=-1,
     )
-    return turned
 
 
 def not_negative(name: str, value: object) -> float:

@@ -146,8 +146,8 @@ def sample(
     parts = [np.zeros(0, dtype=ROW)]
     for begin in range(0, len(designs), batch):
         some = np.asarray(designs[begin : begin + batch])
-        env = gym.make_vec("SoftVox2x2x2-v0", num_envs=len(some))
-        env = Resample(JakobiNoise(env, level), draws)
+        bare: Any = gym.make_vec("SoftVox2x2x2-v0", num_envs=len(some))
+        env: Any = Resample(JakobiNoise(bare, level), draws)
         env.reset(seed=[int(seed) for seed in seeds[begin : begin + batch]])
         infos = env.step(some[:, np.newaxis] // 3 ** np.arange(8) % 3)[4]
         parts.append(_statistics(infos, draws))

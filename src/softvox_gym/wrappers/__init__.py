@@ -18,6 +18,7 @@ from softvox_gym.aggregates import aggregate_of, standard_error
 from softvox_gym.conditions import Conditions
 from softvox_gym.env import Observation
 from softvox_gym.noise import Channels, not_negative
+from softvox_gym.portable import normal
 from softvox_gym.simulation import check_count
 from softvox_gym.wrappers._chain import bench_of, chain, disturbable_bench_of, is_noisy
 
@@ -33,7 +34,7 @@ class JakobiNoise(Wrapper, RecordConstructorArgs):
 
     Every evaluation draws from the environment's ``np_random``, in this order: a factor on every
     voxel's strain, leaks, phases, frequency, the two frictions, stiffness, density, the floor's
-    tilt and its azimuth, and a factor on the strain of every voxel and cycle.
+    tilt and its direction, and a factor on the strain of every voxel and cycle.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class JakobiNoise(Wrapper, RecordConstructorArgs):
         friction          0.2     of the logarithm, static and kinetic; kinetic <= static
         stiffness         0.05    of the logarithm of Young's modulus
         density           0.05    of the logarithm
-        tilt              1.0     standard deviation, degrees, towards a random azimuth
+        tilt              1.0     standard deviation, degrees, in a random direction
         leak              0.01    probability per active voxel that it stays passive
         ================= ======= ======================================================
 
@@ -177,11 +178,11 @@ class FitnessNoise(Wrapper, RecordConstructorArgs):
         if not self.is_noisy:
             return observation, reward, terminated, truncated, info
         if self._bench.repeats is not None:
-            errors = self.sigma * self.np_random.standard_normal(len(info["values"]))
+            errors = self.sigma * normal(self.np_random, len(info["values"]))
             info["values"] = measured(info["values"], errors, info["displacements"])
             reward = float(info["values"].mean())
         else:
-            error = self.sigma * self.np_random.standard_normal()
+            error = self.sigma * normal(self.np_random, 1)[0]
             reward = float(measured(reward, error, info["displacement"]))
         if info["status"] == "ok":
             info["fitness"] = reward

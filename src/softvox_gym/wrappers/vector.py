@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.aggregates import aggregate_of, standard_error
 from softvox_gym.noise import not_negative
+from softvox_gym.portable import normal
 from softvox_gym.vector_env import Batch
 from softvox_gym.wrappers import Disturbing, channels_of, check_resample, measured
 from softvox_gym.wrappers._chain import bench_of, is_noisy
@@ -142,7 +143,7 @@ class FitnessNoise(Wrapper):
         errors = np.zeros(shape)
         generators: Any = self.env.unwrapped.np_random
         for i in np.flatnonzero(stepped):
-            errors[i] = self.sigma * generators[i].standard_normal(shape[1:] or None)
+            errors[i] = self.sigma * normal(generators[i], shape[1:] or 1).reshape(shape[1:])
         return errors
 
 
