@@ -44,7 +44,7 @@ SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=all
 sanitize: sdist
 	$(PYTHON) -m venv --clear $(VENV)-sanitize
 	CFLAGS="$(SANITIZERS) -g -O1" $(VENV)-sanitize/bin/python -m pip install --quiet \
-		--no-cache-dir "$$(ls dist/softvox_gym-*.tar.gz)[test]"
+		--no-cache-dir dist/softvox_gym-*.tar.gz pytest
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
 		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
 		tests/test_bits.py tests/test_laws.py tests/test_oracle.py tests/test_simulate.py \

@@ -8,7 +8,6 @@ import json
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import N_DESIGNS
 from softvox_gym.engine import Progress
-from softvox_gym.files import write_folder
 from softvox_gym.manifest import digest, provenance
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
@@ -68,17 +66,12 @@ class Landscape:
             "cpu_seconds": self.cpu_seconds,
         }
 
-    def write(self, folder: Path, arguments: Sequence[str], *, force: bool) -> None:
-        """Write the table and its manifest into a folder.
-
-        Raises
-        ------
-        OutputError
-            Where it exists and force is not given, or can't be written to.
-        """
-        manifest = json.dumps(self.manifest(arguments), indent=2, allow_nan=False) + "\n"
-        contents = {TABLE: table(self.result).encode(), MANIFEST: manifest.encode()}
-        write_folder(folder, contents, force=force)
+    def contents(self, arguments: Sequence[str]) -> dict[str, bytes]:
+        """Return the table and its manifest as files, by name."""
+        return {
+            TABLE: table(self.result).encode(),
+            MANIFEST: as_json(self.manifest(arguments)).encode(),
+        }
 
 
 def run(
@@ -111,6 +104,11 @@ def table(result: Result) -> str:
     writer.writerow(COLUMNS)
     writer.writerows(rows(result))
     return text.getvalue()
+
+
+def as_json(values: dict[str, Any]) -> str:
+    """Return JSON as the files of a landscape have it."""
+    return json.dumps(values, indent=2, allow_nan=False) + "\n"
 
 
 def ranking(result: Result) -> NDArray[np.intp]:
