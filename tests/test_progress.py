@@ -13,6 +13,11 @@ def test_the_line_says_count_share_speed_and_time_left():
     assert line == "[############            ] 3000/6000  50%  50 designs/s  1:00 left"
 
 
+def test_the_line_names_its_unit_and_says_slow_speeds_to_the_hundredth():
+    line = progress_line(3, 6, 60.0, 80, unit="runs")
+    assert line == "[############            ] 3/6  50%  0.05 runs/s  1:00 left"
+
+
 def test_the_line_is_shorter_than_any_terminal():
     for width in range(1, 120):
         for done in (0, 1, 6560, 6561):

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from softvox_gym.design import DEFAULT_SHAPE, N_DESIGNS, stack_of
+from softvox_gym.design import DEFAULT_SHAPE, N_DESIGNS, N_SITES, stack_of
 from softvox_gym.wrappers import is_noisy
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, indices_of
@@ -301,4 +301,4 @@ def checked(designs: Any) -> Designs:
         raise SearcherError(
             f"returned designs on a lattice of {stack.shape[1:]}, not {DEFAULT_SHAPE}"
         )
-    return stack.transpose(0, 3, 2, 1).reshape(len(stack), -1).astype(np.int64)
+    return stack.transpose(0, 3, 2, 1).reshape(len(stack), N_SITES).astype(np.int64)

@@ -42,6 +42,9 @@ class Level:
         The same over the 100 that are fittest without noise.
     overlap : int
         How many of those are among the 100 with the best mean.
+    overlap_q10 : int
+        How many of those are among the 100 with the best 10 % quantile, which no single lucky draw
+        can move.
     retained : float
         Mean over those of mean / exact fitness.
     p_diverged : float
@@ -55,6 +58,7 @@ class Level:
     kendall_tau: float
     kendall_tau_top: float
     overlap: int
+    overlap_q10: int
     retained: float
     p_diverged: float
 
@@ -119,6 +123,7 @@ def _level(
         kendall_tau=float(kendalltau(exact, mean).statistic),
         kendall_tau_top=float(kendalltau(exact[top], mean[top]).statistic),
         overlap=len(np.intersect1d(order[:TOP], top)),
+        overlap_q10=len(np.intersect1d(ranked(noisy["q10"])[:TOP], top)),
         retained=float((mean[top] / exact[top]).mean()),
         p_diverged=float(noisy["p_diverged"].max()),
     )

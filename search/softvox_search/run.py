@@ -37,6 +37,8 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
             if len(answer.designs) == 0:
                 break
             searcher.tell(*answer)
+        if oracle.evaluations == 0:
+            raise SearcherError("proposed no design at all")
         return recommended(searcher.recommend())
     except SearcherError as error:
         raise SearcherError(f"searcher {called} {error}") from error

@@ -22,9 +22,14 @@ class Progress:
         Where to draw, normally standard error.
     quiet : bool
         Never draw.
+    unit : str
+        What is counted.
     """
 
-    def __init__(self, stream: TextIO | None, *, quiet: bool = False) -> None:
+    def __init__(
+        self, stream: TextIO | None, *, quiet: bool = False, unit: str = "designs"
+    ) -> None:
+        self._unit = unit
         self._stream = stream if stream and stream.isatty() and not quiet else None
         self._start = time.monotonic()
         self._drawn = 0
@@ -44,7 +49,8 @@ class Progress:
         """Draw how far it is."""
         if self._stream is not None:
             seconds = time.monotonic() - self._start
-            self._draw(progress_line(done, total, seconds, _width(self._stream)))
+            width = _width(self._stream)
+            self._draw(progress_line(done, total, seconds, width, unit=self._unit))
 
     def _draw(self, text: str) -> None:
         """Draw over the last line; with blanks, because not every terminal knows how to erase."""
@@ -59,19 +65,25 @@ class Progress:
         self._drawn = len(text)
 
 
-def progress_line(done: int, total: int, seconds: float, width: int) -> str:
+def progress_line(
+    done: int, total: int, seconds: float, width: int, *, unit: str = "designs"
+) -> str:
     """Return the text of the bar, shorter than the width."""
     share = done / total if total else 1.0
     speed = done / seconds if seconds > 0 else 0.0
     left = _clock((total - done) / speed) if speed else "-:--"
     count = f"{done:{len(str(total))}}/{total}"
-    facts = f"{count} {share:4.0%}  {speed:.0f} designs/s  {left} left"
+    facts = f"{count} {share:4.0%}  {_rate(speed)} {unit}/s  {left} left"
     filled = round(BAR * share)
     full = f"[{'#' * filled}{' ' * (BAR - filled)}] {facts}"
     for text in (full, facts, count):
         if len(text) < width:
             return text
     return ""
+
+
+def _rate(speed: float) -> str:
+    return f"{speed:.0f}" if speed >= 10 else f"{speed:.2f}"
 
 
 def _clock(seconds: float) -> str:

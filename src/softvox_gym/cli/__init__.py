@@ -2,7 +2,8 @@
 
 A command is a module with `add_parser(commands)`, which adds its parser and sets `run` as the
 parser's default, and `run(args)`, which does the work and returns the exit status. `COMMANDS` lists
-them.
+those of this package; others are found as entry points of the group `softvox_gym.commands`, each a
+module that is light to import.
 
 Exit status: 0 done, 1 the answer is no (`verify`), 2 bad input, 128 + n stopped by signal n.
 """
@@ -14,7 +15,9 @@ import os
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from importlib.metadata import entry_points
+from typing import Any
 
 import softvox_gym
 from softvox_gym.cli import landscape, simulate, verify
@@ -23,6 +26,9 @@ from softvox_gym.cli.signals import Stopped, stoppable
 from softvox_gym.cli.terminal import BadInputError, complain, one_line_warnings
 
 COMMANDS = (landscape, simulate, verify)
+
+#: Group of entry points that name further commands.
+GROUP = "softvox_gym.commands"
 
 DESCRIPTION = """\
 Simulate soft robots made of voxels, every design of a 2x2x2 lattice, to the
@@ -37,6 +43,8 @@ examples:
   softvox landscape --physics exact --gravity -1.62 --out moon
   softvox simulate 6453        the best design: fitness and track
   softvox simulate 00021222 --frames best.npz
+  softvox search --searcher hill_climber --seed 1 --budget 500
+  softvox compare baselines/noise_free.toml
 
 softvox COMMAND --help tells all about a command.
 """
@@ -65,7 +73,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("error", f"cannot write the output: {error.strerror}")
         return 2
     except Stopped as stop:
-        complain("stopped", f"{signal.Signals(stop.number).name}, nothing was left half written")
+        notes = getattr(stop, "__notes__", ["nothing was left half written"])
+        complain("stopped", f"{signal.Signals(stop.number).name}, {'; '.join(notes)}")
         return 128 + stop.number
 
 
@@ -94,9 +103,18 @@ def _parser() -> Parser:
     )
     parser.set_defaults(run=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
-    for command in COMMANDS:
+    for command in (*COMMANDS, *_further_commands()):
         command.add_parser(commands)
     return parser
+
+
+def _further_commands() -> Iterator[Any]:
+    """Yield the commands of other packages, by name; one that can't be loaded is left out."""
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        try:
+            yield entry.load()
+        except Exception as error:  # whatever it is, the other commands must work
+            complain("warning", f"command {entry.name} can't be loaded: {error}")
 
 
 def _drop_output() -> None:

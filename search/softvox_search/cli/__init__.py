@@ -1,0 +1,1 @@
+"""The commands of the search suite; `softvox` finds them by their entry points."""

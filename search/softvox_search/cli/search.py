@@ -1,0 +1,274 @@
+"""softvox search: one run of one searcher."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import sys
+import tomllib
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import N_DESIGNS
+from softvox_gym.files import check_file, write_file
+from softvox_gym.progress import Progress
+from softvox_search.registry import FIXED, SEARCHERS
+
+if TYPE_CHECKING:
+    from softvox_search.experiment.config import Experiment
+    from softvox_search.single import Found
+
+BUDGET = 500
+
+DESCRIPTION = """\
+Let a searcher look for the fittest robot, and hold what it recommends against
+all 6561: its fitness, its regret (what it lacks to the best), its rank, when
+it was found, and a picture of it after its run.
+
+With --noise every evaluation is a fresh draw; "believed" is then what the
+searcher thinks that its recommendation is worth. The switches against luck
+are --running-mean, --reevaluate-parents and --final-stage.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "search",
+        help="one run of one searcher: the best robot that it finds",
+        description=DESCRIPTION,
+        usage="softvox search --searcher NAME [--seed N] [--budget N] [options]",
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument(
+        "--searcher", metavar="NAME", help="from --list, or your own as package.module:Class"
+    )
+    what.add_argument("--list", action="store_true", help="list the searchers and end")
+    parser.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="of the searcher, as in TOML; may be given several times",
+    )
+    parser.add_argument(
+        "--seed", type=_seed, default=0, metavar="N", help="of all random numbers (default: 0)"
+    )
+    parser.add_argument(
+        "--budget",
+        type=whole_number,
+        default=BUDGET,
+        metavar="N",
+        help="different designs; with noise, evaluations (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--evaluations",
+        type=whole_number,
+        metavar="N",
+        help="at most so many evaluations, repeated ones included (default: 20 times the budget)",
+    )
+    _add_noise(parser)
+    _add_output(parser)
+    add_physics(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def _add_noise(parser: Any) -> None:
+    parser.add_argument(
+        "--noise", type=number, metavar="LEVEL", help="of JakobiNoise; 1 is the assumed reality"
+    )
+    for switch, text in (
+        ("--running-mean", "tell the mean of all draws of a design"),
+        ("--reevaluate-parents", "evaluate parents anew in every generation"),
+        ("--final-stage", "spend the end of the budget on the ten best"),
+    ):
+        parser.add_argument(switch, action="store_true", help=f"with noise: {text}")
+
+
+def _add_output(parser: Any) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="also save every evaluation, .csv or .parquet"
+    )
+    parser.add_argument(
+        "--picture",
+        type=Path,
+        metavar="FILE.png",
+        help="where the picture goes (default: search-NAME-SEED.png)",
+    )
+    parser.add_argument("--no-picture", action="store_true", help="draw none")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run(args: Namespace) -> int:
+    """Check everything, search, save, then print."""
+    if "" not in sys.path and os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())  # where one's own searcher is
+    if args.list:
+        print(listing())
+        return 0
+    from softvox_search import single
+
+    picture = None if args.no_picture else args.picture or _default_picture(args)
+    _check_files(args, picture)
+    with _one_line():
+        experiment = _experiment(args)
+        with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
+            found = single.search(experiment, progress=progress)
+        table = single.table(found.columns, args.out.suffix) if args.out else b""
+    if args.out:
+        with bad_input("--out"):
+            write_file(args.out, table, force=args.force)
+    if picture:
+        with bad_input("--picture"):
+            write_file(picture, single.picture(experiment, found.design), force=args.force)
+    print(as_json(found, picture) if args.json else as_text(found, picture))
+    return 0
+
+
+def listing() -> str:
+    """Return every searcher with the first line of its documentation."""
+    width = max(map(len, SEARCHERS))
+    lines = []
+    for name, place in SEARCHERS.items():
+        fixed = ", ".join(f"{key}={value}" for key, value in FIXED.get(name, {}).items())
+        lines.append(f"{name:{width}}  {about(place)}" + (f" ({fixed})" if fixed else ""))
+    return "\n".join(lines)
+
+
+def about(place: str) -> str:
+    """Return the first line of a class's documentation, read from the source.
+
+    So nothing is imported: the libraries of all searchers would take seconds, or be missing.
+    """
+    module, _, name = place.partition(":")
+    spec = find_spec(module)
+    assert spec is not None
+    assert spec.origin is not None
+    for node in ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            return (ast.get_docstring(node) or "").partition("\n")[0]
+    raise AssertionError(f"{module} has no class {name}")
+
+
+def _experiment(args: Namespace) -> Experiment:
+    """Return the search as an experiment of one run."""
+    from softvox_search import single
+    from softvox_search.policies import Policy
+
+    policy = Policy(
+        running_mean=args.running_mean,
+        reevaluate_parents=args.reevaluate_parents,
+        final_stage=args.final_stage,
+    )
+    switches = ("running_mean", "reevaluate_parents", "final_stage")
+    used = next((switch for switch in switches if getattr(args, switch)), None)
+    if args.noise is None and used:
+        option = "--" + used.replace("_", "-")
+        raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
+    if args.noise is not None and not 0 <= args.noise < inf:
+        raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
+    return single.experiment_of(
+        args.searcher,
+        options=_options(args.option),
+        seed=args.seed,
+        unique=args.budget,
+        evaluations=args.evaluations,
+        level=args.noise,
+        policy=policy,
+        physics=physics_of(args).to_dict(),
+    )
+
+
+@contextmanager
+def _one_line() -> Iterator[None]:
+    """Turn what a search says of bad input into `BadInputError`."""
+    try:
+        from softvox_search.oracle import SearcherError
+        from softvox_search.single import SearchError
+    except ModuleNotFoundError as error:
+        raise BadInputError(
+            f"search needs {error.name}: pip install 'softvox-gym[search]'"
+        ) from error
+    try:
+        yield
+    except (SearchError, SearcherError) as error:
+        raise BadInputError(str(error)) from error
+
+
+def _options(pairs: list[str]) -> dict[str, Any]:
+    options = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise BadInputError(f"--option must be KEY=VALUE, got {pair!r}")
+        try:
+            options[key] = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:  # a text need not be in quotes
+            options[key] = value
+    return options
+
+
+def _check_files(args: Namespace, picture: Path | None) -> None:
+    if args.out:
+        if args.out.suffix not in (".csv", ".parquet"):
+            raise BadInputError(f"--out must end in .csv or .parquet, got {args.out}")
+        with bad_input("--out"):
+            check_file(args.out, force=args.force)
+    if picture:
+        if picture.suffix != ".png":
+            raise BadInputError(f"--picture must end in .png, got {picture}")
+        with bad_input("--picture"):
+            check_file(picture, force=args.force)
+
+
+def _default_picture(args: Namespace) -> Path:
+    name = re.sub(r"[^A-Za-z0-9_]+", "-", args.searcher.rpartition(":")[2]).strip("-")
+    return Path(f"search-{name or 'own'}-{args.seed}.png")
+
+
+def _seed(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,18}", text):
+        raise ArgumentTypeError(f"must be a whole number that is not negative, got {text!r}")
+    return int(text)
+
+
+def as_text(found: Found, picture: Path | None) -> str:
+    """Return what was found for people."""
+    design, truth = found.design, found.truth
+    lines = [
+        f"design        {design.index}",
+        f"digits        {design.digits}",
+        f"fitness       {truth.fitness:.4f} voxel widths, of the best {truth.best:.4f}",
+        f"regret        {truth.regret:.4f}",
+        f"rank          {truth.rank} of {N_DESIGNS}",
+    ]
+    if found.level is not None:
+        believed = "nothing" if found.believed is None else f"{found.believed:.4f}"
+        lines.append(f"believed      {believed}, at level {found.level:g}")
+    if found.noisy is not None:
+        lines.append(
+            f"under noise   mean {found.noisy.fitness:.4f}, of the best {found.noisy.best:.4f}: "
+            f"regret {found.noisy.regret:.4f}, rank {found.noisy.rank}"
+        )
+    when = "never evaluated" if found.sequence is None else f"at evaluation {found.sequence}"
+    lines.append(f"found         {when} of {found.evaluations} ({found.unique} counted as unique)")
+    if picture:
+        lines.append(f"picture       {picture}")
+    return "\n".join(lines)
+
+
+def as_json(found: Found, picture: Path | None) -> str:
+    """Return what was found for programs."""
+    data = {**found.to_dict(), "picture": str(picture) if picture else None}
+    return json.dumps(data, indent=2, allow_nan=False)

@@ -1,0 +1,140 @@
+"""The environments of an experiment, one stack of wrappers per level of noise."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.vector import VectorEnv
+
+from softvox_gym import TABLE_ENV_ID
+from softvox_gym.wrappers import vector
+from softvox_search.experiment.config import NOISE, Experiment, WrapperChoice
+from softvox_search.experiment.toml_table import meant
+from softvox_search.oracle import MakeEnv
+
+
+class WrapperError(Exception):
+    """A wrapper that can't be put around the environment; one line, beginning with its name."""
+
+
+class Environments:
+    """Makes the environments of an experiment, and keeps them for the runs that follow.
+
+    An environment costs more to make than a batch from the table, and holds nothing from one batch
+    to the next: every reset seeds its noise.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    """
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._made: dict[tuple[float | None, int], VectorEnv[Any, Any, Any]] = {}
+
+    def at(self, level: float | None) -> MakeEnv:
+        """Return what makes the environments at a level of noise."""
+        experiment = self._experiment
+        wrappers = stack(experiment, level)
+        if answers_from_table(experiment, level):
+            base: Callable[[int], Any] = _table
+        else:
+            base = _engine(experiment)
+
+        def make(num_envs: int) -> VectorEnv[Any, Any, Any]:
+            key = (level, num_envs)
+            if key not in self._made:
+                env = base(num_envs)
+                for wrapper in wrappers:
+                    env = wrapped(env, wrapper)
+                self._made[key] = env
+            return self._made[key]
+
+        return make
+
+
+def stack(experiment: Experiment, level: float | None) -> tuple[WrapperChoice, ...]:
+    """Return the wrappers from the environment outward, at a level of noise."""
+    if level is None:
+        return experiment.wrappers
+    noise = WrapperChoice(name=NOISE, options={"level": level})
+    if not any(wrapper.name == NOISE for wrapper in experiment.wrappers):
+        return (noise, *experiment.wrappers)
+    return tuple(
+        WrapperChoice(name=NOISE, options={**wrapper.options, **noise.options})
+        if wrapper.name == NOISE
+        else wrapper
+        for wrapper in experiment.wrappers
+    )
+
+
+def answers_from_table(experiment: Experiment, level: float | None) -> bool:
+    """Return whether the table gives the engine's bits at a level of noise.
+
+    It does where nothing disturbs the simulation itself: noise on the measurement may, but what a
+    wrapper from elsewhere does is not known.
+    """
+    return (
+        experiment.table
+        and experiment.is_published
+        and not any(
+            ":" in wrapper.name or (wrapper.name == NOISE and wrapper.options.get("level", 1) != 0)
+            for wrapper in stack(experiment, level)
+        )
+    )
+
+
+def wrapped(env: Any, wrapper: WrapperChoice) -> Any:
+    """Return an environment in a wrapper.
+
+    Raises
+    ------
+    WrapperError
+        For a wrapper that can't be found, or arguments that it doesn't take.
+    """
+    try:
+        kind = _imported(wrapper.name) if ":" in wrapper.name else getattr(vector, wrapper.name)
+        _check_options(wrapper.options, inspect.signature(kind).parameters)
+        return kind(env, **wrapper.options)
+    except (ImportError, TypeError, ValueError) as error:
+        raise WrapperError(f"{wrapper.name}: {error}") from error
+
+
+def _check_options(options: dict[str, Any], parameters: Mapping[str, inspect.Parameter]) -> None:
+    named = list(parameters.values())[1:]
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in named):
+        return
+    names = [parameter.name for parameter in named]
+    for option in options:
+        if option not in names:
+            raise TypeError(
+                f"has no key {option}{meant(option, names)}; its keys are {', '.join(names)}"
+            )
+    for parameter in named:
+        if parameter.default is parameter.empty and parameter.name not in options:
+            raise TypeError(f"lacks the key {parameter.name}; its keys are {', '.join(names)}")
+
+
+def _imported(name: str) -> Any:
+    module, _, attribute = name.partition(":")
+    try:
+        return getattr(import_module(module), attribute)
+    except AttributeError:
+        raise ImportError(f"module {module} has no {attribute}") from None
+
+
+def _table(num_envs: int) -> Any:
+    return gym.make_vec(TABLE_ENV_ID, num_envs=num_envs)
+
+
+def _engine(experiment: Experiment) -> Callable[[int], Any]:
+    def make(num_envs: int) -> Any:  # one thread: the runs themselves are in parallel
+        return gym.make_vec(
+            experiment.env_id, num_envs=num_envs, physics=experiment.physics, threads=1
+        )
+
+    return make

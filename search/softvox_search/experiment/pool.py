@@ -1,0 +1,192 @@
+"""Processes that do runs in parallel, and end when their parent does, however it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+import traceback
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import Any
+
+from softvox_search.experiment.config import Experiment
+
+_SPAWN = multiprocessing.get_context("spawn")
+
+#: Libraries for linear algebra use as many threads as there are cores, and may add in another order
+#: with another number of them. The runs are in parallel already.
+_SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+#: What a terminal sends to all processes; the parent answers for the workers.
+_TERMINAL = [
+    number for name in ("SIGINT", "SIGHUP") if (number := getattr(signal, name, None)) is not None
+]
+
+
+class PoolError(Exception):
+    """The workers can't do any run; one line."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """A run that was done, and its record in bytes."""
+
+    run: int
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A run that raised an error.
+
+    Parameters
+    ----------
+    run : int
+    error : str
+        Its type and message.
+    trace : str
+        Where it was raised.
+    """
+
+    run: int
+    error: str
+    trace: str
+
+
+def do_all(
+    experiment: Experiment, numbers: Sequence[int], *, workers: int
+) -> Generator[Done | Failed, None, None]:
+    """Do runs in worker processes; yield each as it is finished, in any order.
+
+    When the generator is closed the workers are ended.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    numbers : sequence of int
+        Of the runs.
+    workers : int
+        Processes, at most.
+
+    Raises
+    ------
+    PoolError
+        Where a worker can't even start.
+    """
+    left = list(reversed(numbers))
+    team: list[_Worker] = []
+    try:
+        team += [_Worker(experiment) for _ in range(min(workers, len(left)))]
+        while team:
+            for worker in _answering(team):
+                was_ready, outcome = worker.is_ready, worker.outcome()
+                if outcome is not None:
+                    yield outcome
+                if worker.is_ready and left:
+                    worker.give(left.pop())
+                    continue
+                team.remove(worker)
+                worker.end()
+                if was_ready and not worker.is_ready and left:  # it died of its run
+                    team.append(_Worker(experiment))
+    finally:
+        for worker in team:
+            worker.end()
+
+
+class _Worker:
+    """A process that does one run after another."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.connection, other = _SPAWN.Pipe()
+        self.is_ready = False
+        self._run: int | None = None
+        self._process = _SPAWN.Process(target=_work, args=(other, experiment), daemon=True)
+        _start(self._process)
+        other.close()
+
+    def outcome(self) -> Done | Failed | None:
+        """Return what it has to say of its run; None where it says that it is ready."""
+        try:
+            said = self.connection.recv()
+        except (EOFError, OSError):
+            return self._died()
+        self.is_ready = True
+        return None if said is None else said
+
+    def give(self, run: int) -> None:
+        """Let it do a run."""
+        self._run = run
+        with contextlib.suppress(OSError):  # it has died, which `outcome` will find
+            self.connection.send(run)
+
+    def end(self) -> None:
+        """End it, also in the middle of a run."""
+        self._process.kill()
+        self._process.join()
+        self.connection.close()
+
+    def _died(self) -> Failed:
+        self._process.join()
+        code = self._process.exitcode
+        if self._run is None:
+            raise PoolError(f"a worker process ended with exit code {code} before any run")
+        self.is_ready = False
+        return Failed(self._run, f"its process ended with exit code {code}", "")
+
+
+def _answering(team: list[_Worker]) -> Iterator[_Worker]:
+    by_connection: dict[Any, _Worker] = {worker.connection: worker for worker in team}
+    for connection in wait(list(by_connection)):
+        yield by_connection[connection]
+
+
+def _start(process: SpawnProcess) -> None:
+    """Start a process that Ctrl-C does not reach, with single-threaded linear algebra."""
+    resource_tracker.ensure_running()  # which would undo the mask if it started meanwhile
+    before = {name: os.environ.get(name) for name in _SINGLE}
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)  # which the process inherits
+    try:
+        os.environ.update(_SINGLE)
+        process.start()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _work(connection: Connection, experiment: Experiment) -> None:
+    """Do the runs that the parent sends, until it has no more or is gone."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    from softvox_search.experiment.encoding import encode
+    from softvox_search.experiment.environment import Environments
+    from softvox_search.experiment.job import do
+
+    runs, environments = experiment.runs(), Environments(experiment)
+    connection.send(None)
+    with contextlib.suppress(EOFError):
+        while True:
+            number = connection.recv()
+            outcome: Done | Failed
+            try:
+                outcome = Done(number, encode(do(experiment, runs[number], environments)))
+            except (Exception, SystemExit) as error:
+                message = f"{type(error).__name__}: {error}"
+                outcome = Failed(number, " ".join(message.split()), traceback.format_exc())
+            connection.send(outcome)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

@@ -1,0 +1,210 @@
+"""The statistics of the report, each a few lines with its source."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+Array = NDArray[np.float64]
+
+#: Reduces the last axis, the runs, to a number.
+Statistic = Callable[[Array], Array]
+
+RESAMPLES = 2000
+CONFIDENCE = 0.95
+
+_SEED = 2021
+
+
+def fixed_generator() -> np.random.Generator:
+    """Return a generator in the state that every band of the report starts from.
+
+    Each band gets its own, so that it doesn't depend on which others the report has.
+    """
+    return np.random.default_rng(_SEED)
+
+
+def iqm(values: ArrayLike) -> Array:
+    """Return the interquartile mean over the last axis: of the middle half of the runs.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., n)
+        Of n >= 1 runs; the floor(n / 4) lowest and as many of the highest are left out.
+
+    Notes
+    -----
+    Source: R. Agarwal et al., Deep reinforcement learning at the edge of the statistical
+    precipice, NeurIPS 2021: more robust than the mean, more efficient than the median.
+    """
+    ordered = np.sort(np.asarray(values, dtype=np.float64), axis=-1)
+    n = ordered.shape[-1]
+    cut = n // 4
+    return np.asarray(ordered[..., cut : n - cut].mean(axis=-1))
+
+
+def mean(values: ArrayLike) -> Array:
+    """Return the mean over the last axis."""
+    return np.asarray(np.mean(np.asarray(values, dtype=np.float64), axis=-1))
+
+
+def resampled(strata: ArrayLike, *, rng: np.random.Generator, resamples: int) -> NDArray[np.intp]:
+    """Draw runs with replacement, each stratum as often as it has runs.
+
+    Parameters
+    ----------
+    strata : array_like, shape (n,)
+        The stratum of each run.
+
+    Returns
+    -------
+    ndarray, shape (resamples, n)
+        Positions of the drawn runs.
+    """
+    labels = np.asarray(strata)
+    drawn = []
+    for label in np.unique(labels):
+        members = np.flatnonzero(labels == label)
+        drawn.append(members[rng.integers(len(members), size=(resamples, len(members)))])
+    return np.concatenate(drawn, axis=1)
+
+
+def band(
+    values: ArrayLike,
+    *,
+    rng: np.random.Generator,
+    statistic: Statistic = iqm,
+    strata: ArrayLike | None = None,
+    resamples: int = RESAMPLES,
+    confidence: float = CONFIDENCE,
+) -> tuple[Array, Array]:
+    """Return the percentile band of a statistic by the stratified bootstrap over runs.
+
+    Whole runs are drawn, so all columns of a resample share its runs. A stratum is what the design
+    of an experiment holds fixed and is not sampled: here the searcher. So the band of one searcher
+    has a single stratum, which makes it the ordinary bootstrap; where runs of several searchers
+    are pooled, each searcher's are drawn among themselves.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,) or (n, m)
+        Of n runs, at m places.
+    rng : numpy.random.Generator
+    statistic : callable
+        Reduces the last axis.
+    strata : array_like, shape (n,), optional
+        The stratum of each run; all the same where None.
+
+    Returns
+    -------
+    low, high : ndarray, shape () or (m,)
+        NaN where no stratum has two runs: nothing is known of the spread then.
+
+    Notes
+    -----
+    Source: Agarwal et al., NeurIPS 2021, where the strata are the tasks of a suite.
+    """
+    table = np.asarray(values, dtype=np.float64)
+    columns = table[:, np.newaxis] if table.ndim == 1 else table
+    labels = np.zeros(len(table), dtype=np.intp) if strata is None else np.asarray(strata)
+    if len(labels) == len(np.unique(labels)):
+        nothing = np.full(table.shape[1:], np.nan)
+        return nothing, nothing.copy()
+    drawn = resampled(labels, rng=rng, resamples=resamples)
+    made = np.stack([statistic(column[drawn]) for column in columns.T], axis=-1)
+    tail = (1 - confidence) / 2
+    low, high = np.quantile(made, [tail, 1 - tail], axis=0)
+    return low.reshape(table.shape[1:]), high.reshape(table.shape[1:])
+
+
+def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
+    """Return the evaluations of all runs together per run that reached the target.
+
+    It estimates how many evaluations it takes to reach a target when runs that end without it are
+    followed by new ones.
+
+    Parameters
+    ----------
+    used : ndarray, shape (..., n)
+        Evaluations of each run until it reached the target, or all that it used.
+    is_hit : ndarray of bool, shape (..., n)
+        Whether it reached the target.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Infinite where no run reached it.
+
+    Notes
+    -----
+    Source: A. Auger, N. Hansen, Performance evaluation of an advanced local search evolutionary
+    algorithm, CEC 2005.
+    """
+    total = np.asarray(used, dtype=np.float64).sum(axis=-1)
+    hits = np.asarray(is_hit, dtype=np.float64).sum(axis=-1)
+    never = np.full(np.shape(total), np.inf)
+    return np.asarray(np.divide(total, hits, out=never, where=hits > 0))
+
+
+class Comparison(NamedTuple):
+    """Two samples compared.
+
+    u : float
+        Mann and Whitney's U of the first: pairs in which it is larger, ties counted half.
+    p : float
+        Two-sided, for the hypothesis that neither tends to be larger.
+    a12 : float
+        Vargha and Delaney's A: the chance that a value of the first is larger than one of the
+        second, ties counted half; U per pair. 0.5 is no difference, 1 the first always larger.
+    """
+
+    u: float
+    p: float
+    a12: float
+
+
+def compare(first: ArrayLike, second: ArrayLike) -> Comparison:
+    """Compare two independent samples by rank; larger is what "larger" says, good or bad.
+
+    Exact for small samples without ties, else by the normal approximation with ties corrected.
+
+    Notes
+    -----
+    Source: H. B. Mann, D. R. Whitney, Annals of Mathematical Statistics 18, 1947; A. Vargha, H. D.
+    Delaney, Journal of Educational and Behavioral Statistics 25(2), 2000.
+    """
+    a = np.asarray(first, dtype=np.float64)
+    b = np.asarray(second, dtype=np.float64)
+    pairs = len(a) * len(b)
+    if np.ptp(np.concatenate([a, b])) == 0:
+        return Comparison(pairs / 2, 1.0, 0.5)  # all tied: the approximation has no variance
+    found = stats.mannwhitneyu(a, b, alternative="two-sided")
+    return Comparison(float(found.statistic), float(found.pvalue), float(found.statistic) / pairs)
+
+
+def holm(p: ArrayLike) -> Array:
+    """Return p-values adjusted for a whole family of hypotheses by Holm's step-down.
+
+    With m hypotheses the i-th smallest p is multiplied by m - i + 1; no adjusted value is below one
+    of a smaller p, nor above 1. Rejecting those below alpha keeps the chance of any false
+    rejection in the family at alpha.
+
+    Parameters
+    ----------
+    p : ndarray, shape (m,)
+
+    Notes
+    -----
+    Source: S. Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal
+    of Statistics 6(2), 1979.
+    """
+    values = np.asarray(p, dtype=np.float64)
+    order = np.argsort(values, kind="stable")
+    stepped = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
+    adjusted = np.empty_like(values)
+    adjusted[order] = np.minimum(stepped, 1.0)
+    return adjusted

@@ -1,0 +1,1 @@
+"""The searchers that are compared, one to a module; each is loaded when it is asked for."""

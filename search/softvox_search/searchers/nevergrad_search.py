@@ -1,0 +1,64 @@
+"""Nevergrad's optimisers, as searchers."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.design import N_SITES
+from softvox_search.protocol import Designs
+from softvox_search.replay import Replayed, library
+
+
+class Nevergrad(Replayed):
+    """One of Nevergrad's optimisers, over eight choices of a digit.
+
+    Asks for one design at a time, known ones included. The choices are ``TransitionChoice``, as
+    Nevergrad's documentation proposes for discrete variables; ``Choice`` has a weight per digit and
+    draws by it, which here left the discrete optimisers no better than random search.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    optimizer : str
+        A name of ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
+        documentation proposes with these; it ignores the order of the digits. Made without a
+        budget, so not for those that need to know it.
+
+    Raises
+    ------
+    ImportError
+        Where nevergrad is not installed.
+    ValueError
+        For an optimizer that Nevergrad doesn't have.
+
+    Source: https://facebookresearch.github.io/nevergrad/machinelearning.html
+    """
+
+    def __init__(
+        self, rng: np.random.Generator, *, optimizer: str = "PortfolioDiscreteOnePlusOne"
+    ) -> None:
+        self.optimizer = optimizer
+        super().__init__(rng)
+
+    def _start(self) -> None:
+        nevergrad = library("nevergrad")
+        known = nevergrad.optimizers.registry
+        if self.optimizer not in known:
+            near = get_close_matches(str(self.optimizer), known, n=5, cutoff=0)
+            raise ValueError(
+                f"optimizer {self.optimizer!r} is none of Nevergrad's; near it are "
+                f"{', '.join(near)}; all are in nevergrad.optimizers.registry"
+            )
+        digits = nevergrad.p.TransitionChoice([0, 1, 2], repetitions=N_SITES)
+        digits.random_state = np.random.RandomState(self._seed())
+        self._optimiser = known[self.optimizer](digits)
+
+    def _propose(self, n: int | None) -> Designs:
+        self._candidate = self._optimiser.ask()
+        return np.array([self._candidate.value])
+
+    def _learn(self, designs: Designs, values: NDArray[np.float64]) -> None:
+        self._optimiser.tell(self._candidate, -float(values[0]))

@@ -1,0 +1,63 @@
+"""Optuna's tree-structured Parzen estimator, as a searcher."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.design import N_SITES
+from softvox_search.protocol import Designs
+from softvox_search.replay import Replayed, library
+
+SITES = [f"site_{i}" for i in range(N_SITES)]
+
+
+class Tpe(Replayed):
+    """Optuna's TPE sampler with its default settings, over eight categorical variables.
+
+    Asks for one design at a time, known ones included. Its cost per evaluation grows with the
+    number of evaluations.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+
+    Raises
+    ------
+    ImportError
+        Where optuna is not installed.
+
+    Source: Bergstra, Bardenet, Bengio & Kegl, *Algorithms for hyper-parameter optimization*,
+    NeurIPS 2011; https://optuna.org.
+    """
+
+    def _start(self) -> None:
+        optuna = library("optuna")
+        digit = optuna.distributions.CategoricalDistribution((0, 1, 2))
+        self._space = dict.fromkeys(SITES, digit)
+        with _quiet(optuna):
+            self._study = optuna.create_study(
+                direction="maximize", sampler=optuna.samplers.TPESampler(seed=self._seed())
+            )
+
+    def _propose(self, n: int | None) -> Designs:
+        self._trial = self._study.ask(self._space)
+        return np.array([[self._trial.params[site] for site in SITES]])
+
+    def _learn(self, designs: Designs, values: NDArray[np.float64]) -> None:
+        self._study.tell(self._trial, float(values[0]))
+
+
+@contextmanager
+def _quiet(optuna: Any) -> Iterator[None]:
+    """Keep a new study from being announced, and the user's verbosity as it was."""
+    verbosity = optuna.logging.get_verbosity()
+    optuna.logging.set_verbosity(max(verbosity, optuna.logging.WARNING))
+    try:
+        yield
+    finally:
+        optuna.logging.set_verbosity(verbosity)

@@ -1,0 +1,173 @@
+"""The report as files: complete, the same bytes every time, and for the oddest experiments."""
+
+import dataclasses
+import re
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+from made_results import FITNESS, random_runs, results, run
+
+import softvox_gym
+from softvox_search.report import text, write
+from softvox_search.report.results import Results
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(autouse=True)
+def made_up_truth(monkeypatch):
+    def noisy_landscape(level):
+        table = np.zeros(6561, dtype=[("mean", float), ("std", float), ("draws", int)])
+        table["mean"], table["std"], table["draws"] = FITNESS * (1 - level / 10), 0.5, 64
+        return table
+
+    monkeypatch.setattr(softvox_gym, "noisy_landscape", noisy_landscape, raising=False)
+
+
+def written(folder, made):
+    names = write(folder, made)
+    assert len(set(names)) == len(names)
+    there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert there == set(names)
+    return {name: (folder / name).read_bytes() for name in names}
+
+
+def check_links(files):
+    """Every picture that the page shows is there, and every one there is shown."""
+    page = files["report.md"].decode()
+    shown = re.findall(r"\]\((figures/[^)]+)\)", page)
+    assert sorted(shown) == sorted(name for name in files if name.startswith("figures/"))
+    for name in re.findall(r"tables/\S+\.(?:csv|md)", page):
+        assert name in files
+    assert all(files[name].startswith(PNG) for name in shown)
+
+
+def test_a_comparison_without_noise_has_all_its_parts(tmp_path):
+    made = results(*random_runs(["random", "ga"], 6, 120), command="softvox compare this.toml")
+    files = written(tmp_path, made)
+    check_links(files)
+    page = files["report.md"].decode()
+    assert "```sh\nsoftvox compare this.toml\n```" in page
+    assert "No run failed." in page
+    for title in ("Regret over time", "Targets reached", "Fixed budgets", "Fixed targets", "Pairs"):
+        assert f"\n## {title}\n" in page
+    assert "What is recommended" not in page
+    for name in ("runs", "anytime", "fixed_budget", "fixed_target", "pairs"):
+        assert len(pd.read_csv(tmp_path / "tables" / f"{name}.csv")) > 0
+
+
+def test_a_comparison_with_noise_has_both_parts(tmp_path):
+    runs = random_runs(["ga", "afpo"], 4, 60, levels=(0.0, 1.0), policies=("naive", "all"))
+    files = written(tmp_path, results(*runs))
+    check_links(files)
+    page = files["report.md"].decode()
+    for title in ("## Noise level 0", "## Noise level 1", "## What is recommended"):
+        assert f"\n{title}\n" in page
+    assert "than one under *naive*" in page
+    assert {"figures/true_regret.png", "figures/optimism.png"} <= set(files)
+
+
+def test_the_same_results_give_the_same_bytes(tmp_path):
+    made = results(*random_runs(["random", "ga"], 3, 60, levels=(1.0,), policies=("naive",)))
+    shuffled = made.improvements.sample(frac=1, random_state=0)
+    contents = []
+    for name, some in (("a", made), ("b", dataclasses.replace(made, improvements=shuffled))):
+        (tmp_path / name).mkdir()
+        contents.append(written(tmp_path / name, some))
+    assert contents[0] == contents[1]
+
+
+def test_a_picture_names_no_date_and_no_program(tmp_path):
+    for name, content in written(tmp_path, results(*random_runs(["a"], 2, 10))).items():
+        if name.endswith(".png"):
+            assert not re.search(rb"tEXt|iTXt|zTXt|tIME", content)
+
+
+def test_a_report_is_replaced_by_the_next(tmp_path):
+    first = written(tmp_path, results(run(0, "a", [0, 1])))
+    second = written(tmp_path, results(run(0, "a", [0, 6453])))
+    assert first.keys() == second.keys()
+    assert first["report.md"] != second["report.md"]
+
+
+def test_the_users_settings_of_matplotlib_neither_matter_nor_change(tmp_path):
+    made = results(*random_runs(["a"], 2, 10))
+    (tmp_path / "plain").mkdir()
+    (tmp_path / "own").mkdir()
+    plain = written(tmp_path / "plain", made)
+    with matplotlib.rc_context({"font.size": 31, "axes.facecolor": "red"}):
+        assert written(tmp_path / "own", made) == plain
+        assert matplotlib.rcParams["font.size"] == 31
+
+
+@pytest.mark.parametrize("level", [np.nan, 1.0])
+def test_a_single_run_of_a_single_evaluation_is_reported(tmp_path, level):
+    files = written(tmp_path, results(run(0, "only", [0], level=level)))
+    check_links(files)
+    assert "Pairs" not in files["report.md"].decode()
+
+
+def test_an_experiment_whose_runs_all_failed_says_so(tmp_path):
+    made = results(run(0, "a", [0], status="failed"), run(1, "b", [0], status="failed"))
+    made.runs[["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
+    files = written(tmp_path, made)
+    assert set(files) == {"report.md", "tables/runs.csv", "tables/runs.md"}
+    assert "**2 failed and left out:** run 0 (a), 1 (b)." in files["report.md"].decode()
+
+
+def test_failed_runs_are_named_beside_finished_ones(tmp_path):
+    made = results(run(0, "a", [0]), run(7, "b", [0], status="failed"))
+    made.runs.loc[1, ["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
+    page = written(tmp_path, made)["report.md"].decode()
+    assert "1 finished runs" in page
+    assert "**1 failed and left out:** run 7 (b)." in page
+
+
+def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
+    runs = [*random_runs(["a"], 3, 120), *(run(9 + i, "tpe", range(i, 60)) for i in range(2))]
+    made = results(*runs, budget={"unique": 120, "searchers": {"tpe": {"unique": 60}}})
+    page = written(tmp_path, made)["report.md"].decode()
+    assert "Except tpe: at most 60 unique evaluations each." in page
+    rows = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("| tpe")]
+    at_budgets = [[cell.strip() for cell in row] for row in rows if len(row) == 4]
+    assert len(at_budgets) == 2  # raw and class terms, after 50, 100 and 120 unique evaluations
+    for _, short, *longer in at_budgets:
+        assert short.endswith("]")
+        assert longer == ["", ""]
+
+
+def test_a_searcher_that_ended_early_keeps_its_value_with_a_mark(tmp_path):
+    runs = [run(0, "a", range(120)), run(1, "a", range(60)), run(2, "a", range(60))]
+    page = written(tmp_path, results(*runs))["report.md"].decode()
+    (row, _) = (line for line in page.splitlines() if line.startswith("| a ") and "†" in line)
+    assert [cell.strip()[-6:] for cell in row.split("|")[3:5]] == ["† 33 %", "† 33 %"]
+
+
+def test_tables_in_markdown_keep_a_bar_in_a_label():
+    made = text.markdown(pd.DataFrame({"searcher": ["a|b", "c"], "value": ["1.0", "12.0"]}))
+    assert made == (
+        "| searcher | value |\n| -------- | ----: |\n| a\\|b     |   1.0 |\n| c        |  12.0 |\n"
+    )
+
+
+def test_numbers_say_no_more_than_is_known():
+    assert text.with_band(0.75, 0.6, 0.9) == "0.75 [0.60, 0.90]"
+    assert text.with_band(0.75, np.nan, np.nan) == "0.75"
+    assert text.with_band(np.inf, np.inf, np.inf) == "∞"
+    assert text.number(-0.001) == "0.00"
+    assert (text.percent(0.999), text.percent(1), text.percent(0.001)) == (
+        "> 99 %",
+        "100 %",
+        "< 1 %",
+    )
+    assert (text.probability(1e-9), text.probability(0.034)) == ("< 0.0001", "0.034")
+
+
+def test_results_that_lack_a_column_are_refused():
+    made = results(run(0, "a", [0]))
+    with pytest.raises(ValueError, match="runs lacks the columns level, digest; it must have run"):
+        Results("", "", {}, made.runs.drop(columns=["level", "digest"]), made.improvements)
+    with pytest.raises(ValueError, match="'ok' or 'failed', got 'lost'"):
+        Results("", "", {}, made.runs.assign(status="lost"), made.improvements)

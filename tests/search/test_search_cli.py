@@ -1,0 +1,178 @@
+import csv
+import json
+import struct
+import zlib
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from cli_process import snapshot, softvox
+from small_experiments import OWN
+
+import softvox_gym
+from softvox_gym import Design
+from softvox_gym.cli import main
+from softvox_search.log import COLUMNS
+from softvox_search.registry import SEARCHERS
+
+
+def pixels(content):
+    """Return the image of a PNG of 8-bit RGB without filters."""
+    assert content.startswith(b"\x89PNG\r\n\x1a\n")
+    offset, chunks = 8, {}
+    while offset < len(content):
+        length, kind = struct.unpack_from(">I4s", content, offset)
+        data = content[offset + 8 : offset + 8 + length]
+        (checksum,) = struct.unpack_from(">I", content, offset + 8 + length)
+        assert checksum == zlib.crc32(kind + data)
+        chunks[kind] = data
+        offset += 12 + length
+    width, height, *rest = struct.unpack(">IIBBBBB", chunks[b"IHDR"])
+    assert rest == [8, 2, 0, 0, 0]
+    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), np.uint8).reshape(height, -1)
+    assert not rows[:, 0].any()
+    return rows[:, 1:].reshape(height, width, 3)
+
+
+def test_a_search_says_what_it_found_how_good_that_is_and_when(tmp_path):
+    done = softvox("search", "--searcher", "random", "--seed", "1", "--budget", "200", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    said = dict(line.split(None, 1) for line in done.stdout.splitlines())
+    design = Design(int(said["design"]))
+    fitness = softvox_gym.landscape()["fitness"]
+    own = fitness[design.index]
+    assert said["digits"] == design.digits
+    assert said["fitness"] == f"{own:.4f} voxel widths, of the best {fitness.max():.4f}"
+    assert said["regret"] == f"{fitness.max() - own:.4f}"
+    assert said["rank"] == f"{1 + (fitness > own).sum()} of 6561"
+    assert said["found"].endswith("of 200 (200 counted as unique)")
+    assert said["picture"] == "search-random-1.png"
+    assert "believed" not in said
+
+
+def test_the_picture_is_that_of_the_environment(tmp_path):
+    softvox("search", "--searcher", "exhaustive", "--budget", "6", cwd=tmp_path)
+    image = pixels((tmp_path / "search-exhaustive-0.png").read_bytes())
+    env = softvox_gym.env.SoftVoxEnv(render_mode="rgb_array")
+    env.reset()
+    env.step(np.array([2, 1, 0, 0, 0, 0, 0, 0]))  # design 5, the best of the first six
+    assert (image == env.render()).all()
+
+
+def test_the_same_seed_gives_the_same_and_another_does_not(tmp_path):
+    command = ("search", "--searcher", "hill_climber", "--budget", "80", "--no-picture", "--json")
+    first, again, other = (softvox(*command, "--seed", seed, cwd=tmp_path) for seed in "112")
+    assert first.stdout == again.stdout != other.stdout
+    assert snapshot(tmp_path) == {}
+
+
+def test_as_json_and_as_a_table_it_says_the_same(tmp_path):
+    command = ("search", "--searcher", "random_with_replacement", "--budget", "400", "--json")
+    done = softvox(*command, "--out", "log.csv", "--picture", "p.png", cwd=tmp_path)
+    data = json.loads(done.stdout)
+    assert softvox(*command, "--out", "log.parquet", "--no-picture", cwd=tmp_path).returncode == 0
+    with (tmp_path / "log.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    table = pq.read_table(tmp_path / "log.parquet")
+    assert list(rows[0]) == table.column_names == list(COLUMNS)
+    assert [float(row["fitness"]) for row in rows] == table["fitness"].to_pylist()
+    assert {row["noise_seed"] for row in rows} == {""}
+    assert table["noise_seed"].null_count == len(rows) == data["evaluations"]
+    assert data["unique"] == 400 < data["evaluations"]
+    hit = rows[data["found_at"] - 1]
+    assert int(hit["design"]) == data["design"]
+    assert float(hit["fitness"]) == data["fitness"] == max(float(row["fitness"]) for row in rows)
+    assert data["regret"] == data["best"] - data["fitness"]
+    assert data["picture"] == "p.png"
+    assert pixels((tmp_path / "p.png").read_bytes()).any()
+
+
+def test_under_noise_it_says_what_the_searcher_believes(tmp_path):
+    command = ("search", "--searcher", "random", "--noise", "1", "--budget", "60", "--no-picture")
+    plain = json.loads(softvox(*command, "--json", cwd=tmp_path).stdout)
+    assert plain["level"] == 1
+    assert plain["believed"] != plain["fitness"]
+    assert (plain["unique"], plain["evaluations"]) == (60, 60)
+    under = plain["under_noise"]
+    means = softvox_gym.noisy_landscape(1.0)["mean"]
+    assert under["fitness"] == means[plain["design"]]
+    assert under["regret"] == means.max() - under["fitness"]
+    text = softvox(*command, cwd=tmp_path).stdout
+    assert f"believed      {plain['believed']:.4f}, at level 1" in text
+    assert f"under noise   mean {under['fitness']:.4f}, of the best {means.max():.4f}" in text
+
+
+def test_other_physics_are_held_against_their_own_best(tmp_path):
+    command = ("search", "--searcher", "random", "--budget", "30", "--no-picture", "--json")
+    short = ("--physics", "exact", "--duration", "0.75")
+    data = json.loads(softvox(*command, *short, cwd=tmp_path).stdout)
+    fitness = softvox_gym.simulate(
+        np.arange(6561), softvox_gym.Physics.of({"duration": 0.75})
+    ).fitness
+    assert data["best"] == fitness.max()
+    assert data["fitness"] == fitness[data["design"]]
+    assert data["rank"] == 1 + (fitness > data["fitness"]).sum()
+
+
+def test_the_searchers_are_listed_with_a_line_each():
+    lines = softvox("search", "--list").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(SEARCHERS)
+    assert all(len(line.split()) > 4 for line in lines)
+    assert len(set(lines)) == len(lines)
+
+
+def test_a_searcher_of_ones_own_is_found_in_the_current_folder(tmp_path):
+    (tmp_path / "own.py").write_text(OWN)
+    options = ("--searcher", "own:Slow", "--option", "seconds=0.0", "--budget", "30")
+    done = softvox("search", *options, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "search-Slow-0.png").exists()
+
+
+BAD = {
+    "search": "--searcher",
+    "search --searcher afop": "did you mean 'afpo'?",
+    "search --searcher no_such:Thing": "no module 'no_such'",
+    "search --searcher ga --option populaton=3": "has no option 'populaton'; its options are:",
+    "search --searcher ga --option population=0": "population must be",
+    "search --searcher ga --option population": "--option must be KEY=VALUE",
+    "search --searcher ga --budget 0": "--budget",
+    "search --searcher ga --evaluations -1": "--evaluations",
+    "search --searcher ga --seed -1": "--seed",
+    "search --searcher ga --noise -1": "--noise must be a number that is not negative",
+    "search --searcher ga --noise nan": "--noise must be",
+    "search --searcher ga --final-stage": "--final-stage is against noise, and there is none",
+    "search --searcher ga --noise 1 --budget 50 --final-stage": "--final-stage: a final stage of",
+    "search --searcher ga --out file": "--out must end in .csv or .parquet",
+    "search --searcher ga --out old.csv": "--out old.csv exists",
+    "search --searcher ga --picture old.png": "--picture old.png exists",
+    "search --searcher ga --picture p.jpg": "--picture must end in .png",
+    "search --searcher ga --seed 7": "--picture search-ga-7.png exists",
+    "search --searcher ga --gravity 1 2": "--gravity",
+    "search --searcher ga --densty 1": "did you mean --density?",
+}
+
+
+@pytest.mark.parametrize("command", BAD)
+def test_bad_input_is_one_line_naming_the_mend_and_nothing_is_written(
+    command, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    for name in ("old.csv", "old.png", "search-ga-7.png"):
+        (tmp_path / name).touch()
+    status = main(command.split())
+    said = capsys.readouterr()
+    assert (status, said.out) == (2, "")
+    assert len(said.err.splitlines()) == 1
+    assert said.err.startswith("softvox: error: ")
+    assert BAD[command] in said.err
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_a_searcher_that_asks_for_what_is_no_design_is_named_in_one_line(tmp_path):
+    (tmp_path / "own.py").write_text(OWN)
+    options = ("--searcher", "own:Fails", "--option", "how=illegal", "--seed", "4")
+    done = softvox("search", *options, cwd=tmp_path, PYTHONDONTWRITEBYTECODE="1")
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert "searcher own:Fails returned what are no designs" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["own.py"]
