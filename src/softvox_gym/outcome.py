@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,13 +61,13 @@ class Outcome:
             is_repeated=repeats is not None,
         )
 
-    @property
+    @cached_property
     def values(self) -> NDArray[np.float64]:
         """The fitness of every trial, shape (n, k), 0 where it diverged."""
         d = self.displacement
-        return np.nan_to_num(np.sqrt(d[..., 0] ** 2 + d[..., 1] ** 2), nan=0.0)
+        return _zero_for_nan(np.sqrt(d[..., 0] ** 2 + d[..., 1] ** 2))
 
-    @property
+    @cached_property
     def rewards(self) -> NDArray[np.float64]:
         """The mean of the values, shape (n,)."""
         return _mean(self.values)
@@ -75,7 +75,7 @@ class Outcome:
     @property
     def observations(self) -> NDArray[np.float64]:
         """The mean track, shape (n, samples, 3); zeros for a trial that diverged."""
-        return _mean(np.nan_to_num(self.track, nan=0.0))
+        return _mean(_zero_for_nan(self.track))
 
     def infos(self) -> dict[str, NDArray[Any]]:
         """Return the infos, key by key, each of shape (n, ...)."""
@@ -95,6 +95,10 @@ class Outcome:
         if self.is_repeated:
             told |= {"values": self.values, "displacements": self.displacement}
         return told
+
+
+def _zero_for_nan(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(np.isnan(values), 0.0, values)
 
 
 def _mean(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -26,6 +26,9 @@ from softvox_search.report.truth import TERMS, optimum
 #: The budget at which the page shows all pairs; the tables have the others.
 PAIRS_AT = 500
 
+#: A longer table is named on the page, not shown.
+MOST_LINES = 40
+
 
 @dataclass
 class Parts:
@@ -57,15 +60,23 @@ def key(name: str, section: Section, *more: str) -> str:
 
 def report(results: Results, sections: list[Section], parts: Parts, notes: list[str]) -> str:
     """Return the page."""
-    blocks = [*_head(results), "## Runs", parts.texts["runs"]]
+    blocks = [*_head(results), "## Runs", shown("runs", parts)]
     if sections:
         blocks += _definitions(results, sections)
-    for section in sections:
-        blocks += _comparison(section, parts)
     if "noise_policies" in parts.texts:
         policies = results.runs["policy"][results.runs["status"] == "ok"]
         blocks += _noise(parts, notes, reference_policy(policies))
+    for section in sections:
+        blocks += _comparison(section, parts)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+
+
+def shown(name: str, parts: Parts) -> str:
+    """Return a table for the page, or where it is to be found if it is long."""
+    text = parts.texts[name]
+    if text.count("\n") > MOST_LINES:
+        return f"A long table: [tables/{name}.md](tables/{name}.md)."
+    return text
 
 
 def _head(results: Results) -> list[str]:
@@ -111,7 +122,7 @@ def _definitions(results: Results, sections: list[Section]) -> list[str]:
     if not np.isnan(sections[-1].level):
         lines.append(
             "- Under noise, regret says whether the searcher came past a good design, not whether "
-            "it knew; for that see *What is recommended* at the end."
+            "it knew; for that see *What is recommended*."
         )
         policies = list(dict.fromkeys(results.runs["policy"]))
         if len(policies) > 1:
@@ -196,7 +207,7 @@ def _noise(parts: Parts, notes: list[str], naive: str) -> list[str]:
         _policies(naive),
         parts.texts["noise_policies"],
         "Each searcher:",
-        parts.texts["noise_searchers"],
+        shown("noise_searchers", parts),
     ]
     if "known)" in parts.texts["noise_searchers"]:
         blocks.append(
