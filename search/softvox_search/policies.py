@@ -25,7 +25,8 @@ class Policy:
     Parameters
     ----------
     running_mean : bool
-        Tell the searcher the mean of all values seen for a design, not the last one.
+        Tell the searcher the mean of all values seen for a design, not the last one, and let it
+        put that in the place of what it was told before.
     reevaluate_parents : bool
         With every batch that the searcher asks for, evaluate anew the designs that its next
         selection relies on, where it says which (`parents`, `refresh`).
@@ -89,7 +90,7 @@ class HasParents(Protocol):
         ...
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Take newer values for them."""
+        """Take newer values for those that it carries; of others they are only remembered."""
         ...
 
 
@@ -163,7 +164,7 @@ class Guarded:
             raise ValueError("tell must get the designs that ask returned, in that order")
         self._last[indices] = values
         if self._policy.running_mean:
-            self._means.add(indices, values)
+            self._means.add(indices, values, info["displacement"])
         if self._left is not None:
             self._left -= len(designs)
         self._batch.take(values, info)
@@ -229,29 +230,33 @@ class Guarded:
             )
 
     def _hand_over(self) -> None:
-        """Tell the searcher what is known of the batch, parents first."""
+        """Tell the searcher what is known of the batch, parents first.
+
+        A design of the batch may be one that the searcher has carried along since an earlier draw:
+        where means are told, it gets the newer mean for that one too.
+        """
         batch, self._batch = self._batch, _Batch.none()
         values, info = batch.told()
+        designs = batch.designs[: len(values)]
         if self._policy.running_mean:
-            values, info = self._as_means(batch.designs[: len(values)], values, info)
+            info = self._as_means(designs, info)
+            values = self._means.means[indices_of(designs)]
         m = min(batch.n_parents, len(values))
-        if m:
-            cast(HasParents, self._searcher).refresh(
-                batch.designs[:m], values[:m], _part(info, slice(m))
-            )
+        n = len(values) if self._policy.running_mean else m
+        if n and isinstance(self._searcher, HasParents):
+            self._searcher.refresh(designs[:n], values[:n], _part(info, slice(n)))
         if m < len(values):
             part = slice(m, len(values))
-            self._searcher.tell(batch.designs[part], values[part], _part(info, part))
+            self._searcher.tell(designs[part], values[part], _part(info, part))
             self._has_told = True
 
-    def _as_means(
-        self, designs: Designs, values: NDArray[np.float64], info: Info
-    ) -> tuple[NDArray[np.float64], Info]:
-        """Return running means in place of values, and their standard errors."""
+    def _as_means(self, designs: Designs, info: Info) -> Info:
+        """Return what belongs to running means beside them: standard errors, displacements."""
         indices = indices_of(designs)
         errors = self._means.standard_errors(indices)
         known = np.where(np.isnan(errors), info["standard_error"], errors)
-        return self._means.means[indices], cast(Info, {**info, "standard_error": known})
+        mean = self._means.displacements(indices)
+        return cast(Info, {**info, "standard_error": known, "displacement": mean})
 
 
 @dataclass

@@ -36,7 +36,8 @@ class Channels:
     phase : float
         Standard deviation of each voxel's phase, in cycles.
     frequency : float
-        Standard deviation of the frequency of actuation, as a share of it.
+        Standard deviation of the frequency of actuation, as a share of it. Actuation still begins
+        in the phase in which it nominally does.
     friction : float
         Standard deviation of the logarithm of the static and of the kinetic friction, drawn apart;
         the kinetic is then at most the static.
@@ -75,7 +76,12 @@ class Channels:
         return Channels(**{**amounts, "leak": min(amounts["leak"], 1.0)})
 
     def disturb(
-        self, conditions: Conditions, rng: np.random.Generator, *, cycles: int
+        self,
+        conditions: Conditions,
+        rng: np.random.Generator,
+        *,
+        cycles: int,
+        settle_time: float,
     ) -> Conditions:
         """Return the conditions of some trials of one design, disturbed.
 
@@ -88,6 +94,8 @@ class Channels:
         rng : numpy.random.Generator
         cycles : int
             For how many cycles of actuation the strain is drawn; see `cycles_to_draw`.
+        settle_time : float
+            s, when actuation begins.
         """
         k = len(conditions.phase)
         sites = (k, *DEFAULT_SHAPE)
@@ -105,14 +113,17 @@ class Channels:
         per_cycle = held(per_cycle, conditions.strain.shape[1])
 
         friction_static = conditions.friction_static * static
+        frequency_hz = conditions.frequency_hz * np.maximum(frequency, LEAST_FREQUENCY)
+        # The pattern's clock runs from the start of settling, the pump's from its end.
+        begun = (conditions.frequency_hz - frequency_hz) * settle_time
         return replace(
             conditions,
             # An actuator may fail to inflate, but it does not suck.
             strain=held(conditions.strain, cycles)
             * np.where(leaks, 0.0, np.maximum(strain, 0.0))[:, np.newaxis]
             * np.maximum(per_cycle, 0.0),
-            phase=conditions.phase + phase,
-            frequency_hz=conditions.frequency_hz * np.maximum(frequency, LEAST_FREQUENCY),
+            phase=conditions.phase + phase + begun[:, np.newaxis, np.newaxis, np.newaxis],
+            frequency_hz=frequency_hz,
             friction_static=friction_static,
             friction_kinetic=np.minimum(conditions.friction_kinetic * kinetic, friction_static),
             youngs_modulus=conditions.youngs_modulus * stiffness,

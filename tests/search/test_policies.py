@@ -51,7 +51,7 @@ def test_running_means_and_their_errors_are_those_of_all_values():
     values = rng.normal(3, 0.5, 200)
     means = RunningMeans()
     for part in np.split(np.arange(200), [7, 50, 51, 120]):
-        means.add(indices[part], values[part])
+        means.add(indices[part], values[part], np.zeros((len(values[part]), 3)))
     for i in range(20):
         own = values[indices == i]
         assert means.counts[i] == len(own) > 1
@@ -63,7 +63,7 @@ def test_running_means_and_their_errors_are_those_of_all_values():
 
 def test_equal_values_have_exactly_that_mean_and_no_error():
     means = RunningMeans()
-    means.add(np.array([3, 3, 3]), np.array([0.1, 0.1, 0.1]))
+    means.add(np.array([3, 3, 3]), np.array([0.1, 0.1, 0.1]), np.zeros((3, 3)))
     assert means.means[3] == 0.1
     assert means.standard_errors(np.array([3])) == [0.0]
 
@@ -155,8 +155,8 @@ def test_parents_are_refreshed_with_the_running_mean_where_that_is_on():
     tell(guarded, guarded.ask(), [1.0, 2.0])  # as parent and as offspring
     tell(guarded, guarded.ask(), [6.0, 0.0])
     assert [event for event in script.events if event[0] == "refresh"] == [
-        ("refresh", [3], [1.5]),
-        ("refresh", [3], [3.0]),
+        ("refresh", [3, 3], [1.5, 1.5]),
+        ("refresh", [3, 10], [3.0, 0.0]),
     ]
 
 

@@ -84,13 +84,16 @@ class MapElites(Generational):
         return digits_of(np.unique(indices_of(self._bred_of)))
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Take newer values and headings for elites."""
+        """Take newer values and headings for elites; others are only remembered."""
         self.values[indices_of(designs)] = values
         known, objectives, found = self.elites()
         is_newer = np.isin(indices_of(known), indices_of(designs))
+        if not is_newer.any():
+            return
+        is_elite = np.isin(indices_of(designs), indices_of(known))
         self._archive.clear()
         self._archive.add(known[~is_newer], objectives[~is_newer], found[~is_newer])
-        self._archive.add(designs, values, kinds(designs, info))
+        self._archive.add(designs[is_elite], values[is_elite], kinds(designs, info)[is_elite])
 
     def _initial(self) -> Designs:
         return random_designs(self._size, self.rng)

@@ -196,10 +196,13 @@ class Disturbing:
         self.bench = disturbable_bench_of(env, "JakobiNoise")
         self._amounts = amounts
         self._cycles = amounts.cycles_to_draw(self.bench.physics)
+        self._settle_time = self.bench.physics.settle_time
 
     def __call__(self, conditions: Conditions, rng: np.random.Generator) -> Conditions:
         """Return the conditions, disturbed."""
-        return self._amounts.disturb(conditions, rng, cycles=self._cycles)
+        return self._amounts.disturb(
+            conditions, rng, cycles=self._cycles, settle_time=self._settle_time
+        )
 
 
 def channels_of(amounts: dict[str, float]) -> Channels:
