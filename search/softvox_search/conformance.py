@@ -16,6 +16,7 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
 from softvox_gym import TABLE_ENV_ID, Design
+from softvox_gym.design import N_DESIGNS
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.oracle import Answer, Budget, MakeEnv, Oracle, SearcherError, checked
 from softvox_search.protocol import Designs, Searcher, State, indices_of
@@ -279,6 +280,10 @@ def _require_counted(subject: _Subject, oracle: Oracle) -> None:
             limit is None or used <= limit, f"used {used} of {limit} {name} with {budget}"
         )
     subject.require(
+        oracle.is_exhausted or oracle.unique >= N_DESIGNS,
+        f"ended after {oracle.evaluations} evaluations with {budget} not used up",
+    )
+    subject.require(
         oracle.evaluations == len(columns["sequence"]) > 0
         and oracle.unique == np.count_nonzero(columns["cached"] == 0),
         f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the log says "
@@ -334,6 +339,8 @@ def _stumbling(n: int) -> VectorEnv[Any, Any, Any]:
 
 class _Stumbling(VectorWrapper[Any, Any, Any]):
     """Every fifth design diverges."""
+
+    is_noisy = False
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], Any]:
         observations, rewards, terminated, truncated, infos = self.env.step(actions)

@@ -11,7 +11,7 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from softvox_gym.design import DEFAULT_SHAPE, N_DESIGNS, N_SITES, stack_of
-from softvox_gym.wrappers import is_noisy
+from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, indices_of
 
@@ -40,7 +40,8 @@ class Budget:
         Evaluations that were not answered from the cache: without noise the number of different
         designs; with noise every evaluation is a fresh draw and counts.
     evaluations : int, optional
-        All evaluations, duplicates included; `PATIENCE` times `unique` where None.
+        All evaluations, duplicates included; `PATIENCE` times `unique` where None. One of an
+        environment that resamples is one, however many simulations it takes; `steps` counts those.
     steps : int, optional
         Simulated time steps. A batch is not broken off: the last may go beyond it.
 
@@ -89,7 +90,8 @@ class Oracle:
         Where the noise seeds come from; needed where the environment is noisy.
     noisy : bool, optional
         Whether two evaluations of one design may differ. Where None, what the wrappers say: one
-        that has a true attribute `is_noisy` makes the environment noisy.
+        that has a true attribute `is_noisy` makes the environment noisy. A wrapper from elsewhere
+        must have one, true or false.
 
     Attributes
     ----------
@@ -101,7 +103,7 @@ class Oracle:
     Raises
     ------
     ValueError
-        For a noisy environment without a generator.
+        For a noisy environment without a generator, or one that doesn't say whether it is noisy.
     """
 
     def __init__(
@@ -115,7 +117,7 @@ class Oracle:
         self._make_env = make_env
         self._envs: dict[int, VectorEnv[Any, Any, Any]] = {}
         self.budget = budget
-        self.noisy = is_noisy(self._env(1)) if noisy is None else noisy
+        self.noisy = _noisy(self._env(1)) if noisy is None else noisy
         if self.noisy and rng is None:
             raise ValueError("rng must be given: the environment is noisy")
         self._rng = rng
@@ -148,6 +150,8 @@ class Oracle:
         ------
         SearcherError
             For what is no batch of designs of the 2x2x2 lattice.
+        ValueError
+            Where the environment rewards with NaN, which no searcher could use.
         """
         rows = checked(designs)
         indices = indices_of(rows)
@@ -238,6 +242,8 @@ class Oracle:
             env = self._env(len(actions))
             env.reset(seed=None if seeds is None else seeds[part].tolist())
             _, rewards, _, _, infos = env.step(actions)
+            if np.isnan(rewards).any():
+                raise ValueError(f"{env} gave a reward of NaN; a diverged design is worth 0")
             outcomes[part] = _Outcomes.of(rewards, infos)
         return outcomes
 
@@ -246,6 +252,16 @@ class Oracle:
         if n not in self._envs:
             self._envs[n] = self._make_env(n)
         return self._envs[n]
+
+
+def _noisy(env: VectorEnv[Any, Any, Any]) -> bool:
+    """Return whether an environment says that it is noisy; refuse one that doesn't say."""
+    if (wrapper := silent(env)) is not None:
+        raise ValueError(
+            f"{type(wrapper).__name__} doesn't say whether two evaluations of one design may "
+            "differ: give it an attribute is_noisy, True or False"
+        )
+    return is_noisy(env)
 
 
 _STATUS = np.array(["diverged", "ok"])

@@ -170,13 +170,17 @@ class TableBench(Bench):
 
 
 def _copied(outcome: Outcome, trials: int) -> Outcome:
-    """Return the outcome of one trial each as that of several which can't differ."""
+    """Return the outcome of one trial each as that of several which can't differ.
+
+    They count as if all had been simulated, so that a budget means the same with and without noise.
+    """
     if trials == 1:
         return outcome
     return replace(
         outcome,
         track=np.repeat(outcome.track, trials, axis=1),
         displacement=np.repeat(outcome.displacement, trials, axis=1),
+        steps=np.repeat(outcome.steps, trials, axis=1),
     )
 
 

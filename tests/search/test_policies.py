@@ -45,6 +45,42 @@ def test_without_any_switch_a_design_is_believed_to_be_worth_what_was_told_last(
 # Running means
 
 
+def carried(searcher):
+    """Return the designs that a searcher carries along, and what it thinks that they are worth."""
+    if hasattr(searcher, "elites"):
+        designs, values, _ = searcher.elites()
+        return indices_of(designs), values
+    individuals = searcher._population
+    return indices_of(np.array(individuals)), np.array([one.value for one in individuals])
+
+
+@pytest.mark.parametrize("name", ["ga", "mu_plus_lambda", "afpo", "nsga2", "map_elites"])
+def test_means_reach_the_designs_that_a_searcher_carries_along(name):
+    inner = make(name, np.random.default_rng(0))
+    guarded = Guarded(inner, Policy(running_mean=True))
+    noise, told = NoisyTable(0.5, seed=1), {}
+    for _ in range(25):
+        designs, values = noise.answered(guarded)
+        for number, value in zip(indices_of(designs), values, strict=True):
+            told.setdefault(number, []).append(value)
+        numbers_, believed = carried(inner)
+        means = [np.mean(told[number]) for number in numbers_]
+        np.testing.assert_allclose(believed, means)
+    assert max(map(len, told.values())) > 1
+
+
+def test_mean_displacements_leave_out_what_diverged():
+    means = RunningMeans()
+    nan = [np.nan] * 3
+    means.add(
+        np.array([3, 3, 4, 3, 5]),
+        np.array([1.0, 3.0, 1.0, 0.0, 0.0]),
+        np.array([[1.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0, 1.0, 1.0], nan, nan]),
+    )
+    assert means.displacements(np.array([4, 3])).tolist() == [[1.0, 1.0, 1.0], [0.5, 1.5, 0.0]]
+    assert np.isnan(means.displacements(np.array([5, 6]))).all()
+
+
 def test_running_means_and_their_errors_are_those_of_all_values():
     rng = np.random.default_rng(0)
     indices = rng.integers(0, 20, 200)

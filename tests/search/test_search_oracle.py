@@ -105,6 +105,7 @@ def test_the_log_holds_displacement_fitness_and_status_of_each_evaluation():
 
 class CountsWhatIsSimulated(VectorWrapper):
     simulated = 0
+    is_noisy = False
 
     def step(self, actions):
         type(self).simulated += len(actions)
@@ -280,6 +281,8 @@ def test_a_batch_larger_than_the_largest_environment_is_evaluated_in_pieces():
 class Diverges(VectorWrapper):
     """Design 5 diverges."""
 
+    is_noisy = False
+
     def step(self, actions):
         observations, rewards, terminated, truncated, infos = self.env.step(actions)
         is_five = infos["design"] == 5
@@ -328,3 +331,36 @@ def test_closing_an_oracle_closes_its_environments():
     oracle.close()
     assert len(made) == 2
     assert all(env.closed for env in made)
+
+
+class SaysNothing(VectorWrapper):
+    """Measures with errors of its own."""
+
+    def step(self, actions):
+        observations, rewards, *rest = self.env.step(actions)
+        return observations, rewards + self.env.unwrapped.np_random[0].random(), *rest
+
+
+class Unworthy(SaysNothing):
+    """Rewards with NaN."""
+
+    is_noisy = False
+
+    def step(self, actions):
+        observations, rewards, *rest = self.env.step(actions)
+        return observations, rewards * np.nan, *rest
+
+
+def test_a_wrapper_that_doesnt_say_whether_it_is_noisy_is_refused():
+    def make(n):
+        return SaysNothing(gym.make_vec(TABLE_ENV_ID, num_envs=n))
+
+    with pytest.raises(ValueError, match="SaysNothing doesn't say whether"):
+        Oracle(make, Budget(unique=5))
+    assert Oracle(make, Budget(unique=5), noisy=True, rng=np.random.default_rng(0)).noisy
+
+
+def test_a_reward_of_nan_is_refused():
+    oracle = Oracle(lambda n: Unworthy(gym.make_vec(TABLE_ENV_ID, num_envs=n)), Budget(unique=5))
+    with pytest.raises(ValueError, match="a reward of NaN"):
+        oracle.evaluate([1, 2, 3])

@@ -11,7 +11,7 @@ import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
 from softvox_gym import TABLE_ENV_ID
-from softvox_gym.wrappers import vector
+from softvox_gym.wrappers import silent, vector
 from softvox_search.experiment.config import NOISE, Experiment, WrapperChoice
 from softvox_search.experiment.toml_table import meant
 from softvox_search.oracle import MakeEnv
@@ -25,7 +25,8 @@ class Environments:
     """Makes the environments of an experiment, and keeps them for the runs that follow.
 
     An environment costs more to make than a batch from the table, and holds nothing from one batch
-    to the next: every reset seeds its noise.
+    to the next: every reset seeds its noise. A wrapper from elsewhere may hold something, so those
+    are made anew for every run.
 
     Parameters
     ----------
@@ -40,6 +41,7 @@ class Environments:
         """Return what makes the environments at a level of noise."""
         experiment = self._experiment
         wrappers = stack(experiment, level)
+        made = self._made if all(":" not in wrapper.name for wrapper in wrappers) else {}
         if answers_from_table(experiment, level):
             base: Callable[[int], Any] = _table
         else:
@@ -47,12 +49,12 @@ class Environments:
 
         def make(num_envs: int) -> VectorEnv[Any, Any, Any]:
             key = (level, num_envs)
-            if key not in self._made:
+            if key not in made:
                 env = base(num_envs)
                 for wrapper in wrappers:
                     env = wrapped(env, wrapper)
-                self._made[key] = env
-            return self._made[key]
+                made[key] = env
+            return made[key]
 
         return make
 
@@ -99,7 +101,13 @@ def wrapped(env: Any, wrapper: WrapperChoice) -> Any:
     try:
         kind = _imported(wrapper.name) if ":" in wrapper.name else getattr(vector, wrapper.name)
         _check_options(wrapper.options, inspect.signature(kind).parameters)
-        return kind(env, **wrapper.options)
+        made = kind(env, **wrapper.options)
+        if silent(made) is not None:
+            raise TypeError(
+                "doesn't say whether two evaluations of one design may differ; give it an "
+                "attribute is_noisy, True or False"
+            )
+        return made
     except (ImportError, TypeError, ValueError) as error:
         raise WrapperError(f"{wrapper.name}: {error}") from error
 

@@ -6,28 +6,43 @@ import hashlib
 import json
 import platform
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from importlib import metadata, util
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
 import softvox_gym
 import softvox_search
+from softvox_gym import ENV_ID
+from softvox_gym.manifest import digest
 from softvox_gym.table import origin
+from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.experiment.config import Experiment
+from softvox_search.protocol import digits_of
 
 #: Libraries that draw for searchers, or compute for them; a version may change the bits.
-LIBRARIES = ("cmaes", "deap", "nevergrad", "numpy", "optuna", "ribs", "scipy")
+LIBRARIES = (
+    "cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "pyarrow", "ribs", "scipy"
+)  # fmt: skip
 
 #: Parts of the packages that no run passes through.
-_ASIDE = {"analysis", "cli", "report", "verify"}
+_ASIDE = {"cli", "verify"}
+
+#: What of the report a run does pass through: it finds out when the best value improved.
+_OF_THE_REPORT = {"__init__.py", "improvements.py", "truth.py"}
+
+#: Designs of which the engine's bits are looked at, nominally and disturbed.
+_PROBED = np.arange(40, 6561, 163)
 
 
 def identity(experiment: Experiment) -> dict[str, Any]:
     """Return what the results of an experiment depend on, ready for JSON.
 
-    Its configuration; the digest of the engine's bits; the versions of Python and of the
+    Its configuration; the digest of the landscape that ships, and of what the engine that is loaded
+    makes of some designs, nominally and disturbed; the versions of Python and of the
     libraries; and a digest of the code: this package's own, and the modules of searchers and
     wrappers from elsewhere (but not what those import in turn).
     """
@@ -35,10 +50,24 @@ def identity(experiment: Experiment) -> dict[str, Any]:
         {
             "config": experiment.to_dict(),
             "engine_digest": origin()["engine_digest"],
+            "engine_probe": engine_probe(),
             "versions": versions(),
             "code": _digest(_sources(experiment)),
         }
     )
+
+
+@lru_cache(maxsize=1)
+def engine_probe() -> str:
+    """Return a digest of what the loaded engine makes of some designs."""
+    env: Any = gym.make_vec(ENV_ID, num_envs=len(_PROBED))
+    displacements = []
+    for level in (0.0, 2.0):
+        noisy = JakobiNoise(env, level)
+        noisy.reset(seed=0)
+        displacements.append(noisy.step(digits_of(_PROBED))[4]["displacement"])
+        env.reset()
+    return digest(np.concatenate(displacements))
 
 
 def versions() -> dict[str, str | None]:
@@ -61,7 +90,7 @@ def difference(before: dict[str, Any], now: dict[str, Any]) -> str | None:
             continue
         if key == "code":
             return "the code of the searchers or of this package has changed since"
-        if key == "engine_digest":
+        if key in ("engine_digest", "engine_probe"):
             return f"the engine's digest was {str(old)[:12]}..., and is {str(new)[:12]}..."
         kind, _, name = key.partition(".")
         if kind == "versions":
@@ -76,7 +105,10 @@ def _sources(experiment: Experiment) -> Iterator[tuple[str, Path]]:
         folder = Path(package.__file__).parent
         for path in sorted(folder.rglob("*.py")):
             inner = path.relative_to(folder)
-            if inner.parts[0] not in _ASIDE:
+            is_aside = inner.parts[0] in _ASIDE or (
+                inner.parts[0] == "report" and inner.name not in _OF_THE_REPORT
+            )
+            if not is_aside:
                 yield f"{package.__name__}/{inner.as_posix()}", path
     names = [searcher.name for searcher in experiment.searchers]
     names += [wrapper.name for wrapper in experiment.wrappers]

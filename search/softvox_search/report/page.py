@@ -222,9 +222,10 @@ def _policies(naive: str) -> str:
     if not naive:
         return f"{text}:"
     return (
-        f"{text}, by policy. A12 is the chance that a run under the policy has the larger true "
-        f"regret (or optimism) than one under *{naive}*, ties counted half: below 0.5 the policy "
-        "lowers it. p by Mann and Whitney, two-sided, adjusted by Holm for the policies of a level."
+        f"{text}, by policy. A12 is the chance that a run under the policy, of any searcher, has "
+        f"the larger true regret (or optimism) than one under *{naive}*, ties counted half: below "
+        "0.5 the policy lowers it; differences between the searchers draw it towards 0.5. p by "
+        "Mann and Whitney, two-sided, adjusted by Holm for the policies of a level."
     )
 
 

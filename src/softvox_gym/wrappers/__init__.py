@@ -20,9 +20,15 @@ from softvox_gym.env import Observation
 from softvox_gym.noise import Channels, not_negative
 from softvox_gym.portable import normal
 from softvox_gym.simulation import check_count
-from softvox_gym.wrappers._chain import bench_of, chain, disturbable_bench_of, is_noisy
+from softvox_gym.wrappers._chain import (
+    bench_of,
+    chain,
+    disturbable_bench_of,
+    is_noisy,
+    silent,
+)
 
-__all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy"]
+__all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy", "silent"]
 
 Action = NDArray[np.int64]
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]

@@ -57,3 +57,15 @@ def is_noisy(env: Any) -> bool:
     Our wrappers say so, and any other wrapper that has a true attribute `is_noisy`.
     """
     return any(getattr(link, "is_noisy", False) for link in chain(env))
+
+
+def silent(env: Any) -> Any | None:
+    """Return the outermost wrapper from elsewhere that doesn't say whether it is noisy, if any.
+
+    Those of Gymnasium and of this package are known.
+    """
+    for link in chain(env):
+        package = type(link).__module__.partition(".")[0]
+        if package not in ("gymnasium", "softvox_gym") and not hasattr(link, "is_noisy"):
+            return link
+    return None
