@@ -1,11 +1,21 @@
 """The command line as a process, the way people meet it."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 COMMAND = [sys.executable, "-m", "softvox_gym"]
+
+
+def hear_signals() -> None:
+    """Undo what nohup or a shell's background did, which the command would honour.
+
+    To be called in a child before it becomes the command (``preexec_fn``).
+    """
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 def softvox(

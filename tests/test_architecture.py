@@ -62,12 +62,23 @@ def test_a_module_imports_only_lower_floors(path):
         assert other == module or floor_of(other) < floor_of(module), f"{module} imports {other}"
 
 
-@pytest.mark.parametrize("module", ["softvox_gym", "softvox_gym.cli"])
+@pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.py")), ids=lambda path: path.stem)
+def test_the_simulator_knows_nothing_of_the_search(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.ImportFrom):
+            names = [node.module or ""]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        assert not any(name.split(".")[0] == "softvox_search" for name in names)
+
+
+@pytest.mark.parametrize("module", ["softvox_gym", "softvox_gym.cli", "softvox_search"])
 def test_importing_the_package_loads_no_heavy_library(module):
     code = f"import sys, {module}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in done.stdout.split()}
-    assert not loaded & {"deap", "pandas", "matplotlib", "torch", "jax", "scipy"}
+    assert not loaded & {"deap", "pandas", "matplotlib", "torch", "jax", "scipy", "ribs", "pyarrow"}
 
 
 def test_the_citation_names_the_packages_version():

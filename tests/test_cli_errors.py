@@ -4,7 +4,7 @@ import subprocess
 import time
 
 import pytest
-from cli_process import COMMAND, snapshot, softvox
+from cli_process import COMMAND, hear_signals, snapshot, softvox
 
 LONG = "n" * 300
 
@@ -103,6 +103,7 @@ def running_landscape(cwd, *options):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=hear_signals,
     )
     ticks = os.sysconf("SC_CLK_TCK")
     deadline = time.monotonic() + 30

@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import cycle
 from typing import Any, NamedTuple
 
@@ -20,6 +21,8 @@ from softvox_gym.design import N_DESIGNS
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.oracle import Answer, Budget, MakeEnv, Oracle, SearcherError, checked
 from softvox_search.protocol import Designs, Searcher, State, indices_of
+from softvox_search.registry import METHODS
+from softvox_search.registry import make as make_by_name
 from softvox_search.replay import global_states, set_global_states
 from softvox_search.run import recommended, run
 
@@ -29,7 +32,7 @@ MakeSearcher = Callable[[np.random.Generator], Searcher]
 SIZES = (None, 3, None, 1)
 
 
-def check(make: MakeSearcher, *, evaluations: int = 200, seed: int = 0) -> None:
+def check(make: MakeSearcher | str, *, evaluations: int = 200, seed: int = 0) -> None:
     """Make sure that a searcher does what the suite relies on.
 
     It is run on the table of the landscape a dozen times: alone and beside another, with and
@@ -48,8 +51,9 @@ def check(make: MakeSearcher, *, evaluations: int = 200, seed: int = 0) -> None:
 
     Parameters
     ----------
-    make : callable (numpy.random.Generator) -> Searcher
-        Makes the searcher anew with every call.
+    make : callable (numpy.random.Generator) -> Searcher, or str
+        Makes the searcher anew with every call: its class will do, or its name as
+        `softvox_search.make` takes it.
     evaluations : int
         The length of a run, at least 2; choose a small one where the searcher is slow.
     seed : int
@@ -60,6 +64,8 @@ def check(make: MakeSearcher, *, evaluations: int = 200, seed: int = 0) -> None:
     AssertionError, SearcherError
         At the first rule that is broken, saying which. What the searcher itself raises passes, with
         a note.
+    TypeError, ValueError
+        Where make is neither callable nor such a name, or evaluations are too few.
 
     Examples
     --------
@@ -68,6 +74,13 @@ def check(make: MakeSearcher, *, evaluations: int = 200, seed: int = 0) -> None:
     """
     if evaluations < 2:
         raise ValueError(f"evaluations must be at least 2, got {evaluations}")
+    if isinstance(make, str):
+        make = partial(make_by_name, make)
+    elif not callable(make):
+        raise TypeError(
+            "make must be the searcher's class, its name, or another callable (rng) -> Searcher, "
+            f"got {make!r}"
+        )
     subject = _Subject(make, evaluations, seed)
     with _global_states_put_back():
         for rule in _RULES:
@@ -174,7 +187,7 @@ class _Subject:
 def _has_the_methods(subject: _Subject) -> None:
     """Look for the five methods."""
     searcher = subject.searcher()
-    for method in ("ask", "tell", "recommend", "state_dict", "load_state_dict"):
+    for method in METHODS:
         subject.require(callable(getattr(searcher, method, None)), f"has no method {method}")
 
 

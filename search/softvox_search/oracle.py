@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from softvox_gym.design import DEFAULT_SHAPE, N_DESIGNS, N_SITES, stack_of
+from softvox_gym.design import ACTIVE, DEFAULT_SHAPE, N_DESIGNS, N_SITES, stack_of
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, indices_of
@@ -313,8 +313,19 @@ def checked(designs: Any) -> Designs:
         stack = stack_of(designs)
     except (TypeError, ValueError) as error:
         raise SearcherError(f"returned what are no designs: {error}") from error
+    if _looks_like_digits(designs):
+        raise SearcherError(
+            f"returned {designs}: as a flat row these are eight design numbers, but they look like "
+            "the digits of one design; give [[...]] for that"
+        )
     if stack.shape[1:] != DEFAULT_SHAPE:
         raise SearcherError(
             f"returned designs on a lattice of {stack.shape[1:]}, not {DEFAULT_SHAPE}"
         )
     return stack.transpose(0, 3, 2, 1).reshape(len(stack), N_SITES).astype(np.int64)
+
+
+def _looks_like_digits(designs: Any) -> bool:
+    """Return whether a batch is a flat row of eight numbers 0, 1, 2."""
+    row = np.asarray(designs)
+    return bool(row.shape == (N_SITES,) and row.dtype.kind in "iu" and (row <= ACTIVE).all())

@@ -57,7 +57,8 @@ class Searcher(Protocol):
         -------
         designs
             Anything that `softvox_gym.simulate` takes for a batch of the 2x2x2 lattice: rows of
-            digits, an array of design numbers, a list of Design. None at all ends the search.
+            digits, shape (m, 8), an array of design numbers, a list of Design. One design alone is
+            a batch of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. None at all ends the search.
         """
         ...
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from softvox_search.protocol import Searcher
+from softvox_search.protocol import Searcher, SearcherBase
 
 _HERE = "softvox_search.searchers"
 
@@ -39,6 +39,20 @@ FIXED: Mapping[str, Mapping[str, Any]] = {
     "random_with_replacement": {"replacement": True},
 }
 
+#: What a name does, where several stand for one class and its docstring can't say.
+ABOUT: Mapping[str, str] = {
+    "exhaustive": "Asks for every design once, by number, and then for nothing more.",
+    "exhaustive_shuffled": "Asks for every design once, in random order, and then for nothing "
+    "more.",
+    "random": "Asks for designs drawn uniformly of those not known yet: random search without "
+    "replacement.",
+    "random_with_replacement": "Asks for designs drawn uniformly of all, known ones as well: "
+    "random search with replacement.",
+}
+
+#: Of `Searcher`.
+METHODS = ("ask", "tell", "recommend", "state_dict", "load_state_dict")
+
 
 def make(name: str, rng: np.random.Generator, **options: Any) -> Searcher:
     """Make a searcher.
@@ -61,6 +75,9 @@ def make(name: str, rng: np.random.Generator, **options: Any) -> Searcher:
     ImportError
         Where a library that the searcher needs is not installed.
     """
+    kind = class_of(name)
+    if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
+        _require_methods(name, kind)
     takes = options_of(name)
     fixed = FIXED.get(name, {})
     for option in options:
@@ -69,14 +86,27 @@ def make(name: str, rng: np.random.Generator, **options: Any) -> Searcher:
                 f"searcher {name} has no option {option!r}; its options are: "
                 f"{', '.join(takes) or 'none'}"
             )
-    searcher = class_of(name)(rng, **fixed, **options)
-    lacks = [method for method in _METHODS if not callable(getattr(searcher, method, None))]
+    searcher: Searcher = kind(rng, **fixed, **options)
+    _require_methods(name, searcher)
+    return searcher
+
+
+def _require_methods(name: str, searcher: Any) -> None:
+    """Refuse a class, or what was made of it, without the five methods."""
+    lacks = [method for method in METHODS if not _has(searcher, method)]
+    if lacks == ["ask"]:
+        raise TypeError(f"searcher {name} lacks ask; see softvox_search.protocol.Searcher")
     if lacks:
         raise TypeError(
             f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.protocol.Searcher, or "
             "derive the class from softvox_search.protocol.SearcherBase"
         )
-    return searcher  # type: ignore[no-any-return]
+
+
+def _has(searcher: Any, method: str) -> bool:
+    """Return whether there is a method; the base's `ask` is only a place for one."""
+    found = getattr(searcher, method, None)
+    return callable(found) and getattr(found, "__func__", found) is not SearcherBase.ask
 
 
 def class_of(name: str) -> Any:
@@ -98,7 +128,7 @@ def class_of(name: str) -> Any:
     module, _, attribute = SEARCHERS.get(name, name).partition(":")
     found = getattr(_module(module, name), attribute, None)
     if not callable(found):
-        raise ValueError(f"searcher {name!r}: module {module} has no class {attribute!r}")
+        raise ValueError(f"module {module} has no class {attribute!r}")
     return found
 
 
@@ -127,9 +157,6 @@ def options_of(name: str) -> dict[str, Any] | None:
     }
 
 
-_METHODS = ("ask", "tell", "recommend", "state_dict", "load_state_dict")
-
-
 def _module(module: str, name: str) -> Any:
     """Import a module; ValueError where there is none of that name."""
     try:
@@ -138,7 +165,7 @@ def _module(module: str, name: str) -> Any:
         if not error.name or not f"{module}.".startswith(f"{error.name}."):
             raise
         raise ValueError(
-            f"searcher {name!r}: there is no module {error.name!r}; is its folder on PYTHONPATH?"
+            f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
         ) from None
     except (TypeError, ValueError):
         raise ValueError(f"searcher {name!r} must be 'package.module:Class'; {_names()}") from None

@@ -21,7 +21,7 @@ from softvox_search.experiment.config import Experiment, PolicyChoice, SearcherC
 from softvox_search.experiment.environment import Environments
 from softvox_search.experiment.job import Columns, do, evaluations
 from softvox_search.log import COLUMNS, NO_SEED
-from softvox_search.oracle import Budget
+from softvox_search.oracle import Budget, SearcherError
 from softvox_search.policies import Guarded, Policy
 from softvox_search.registry import make
 from softvox_search.report.truth import truth_at
@@ -29,6 +29,13 @@ from softvox_search.report.truth import truth_at
 
 class SearchError(Exception):
     """A search that can't be made; one line, in the words of the command line."""
+
+
+class RaisedError(Exception):
+    """The searcher's own code raised an error, which is the cause of this one; one line says so."""
+
+    def __init__(self, searcher: str, error: BaseException) -> None:
+        super().__init__(f"searcher {searcher} raised {type(error).__name__}: {error}")
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,8 @@ class Found:
         The first evaluation of it; None where there was none.
     unique, evaluations, steps : int
         What was used.
+    budget : Budget
+        What might have been.
     columns : dict of ndarray
         The log.
     """
@@ -97,7 +106,16 @@ class Found:
     unique: int
     evaluations: int
     steps: int
+    budget: Budget
     columns: Columns
+
+    @property
+    def ended_by(self) -> str:
+        """What ended it: "unique" or "evaluations" of the budget, or the "searcher" itself."""
+        if self.budget.unique is not None and self.unique >= self.budget.unique:
+            return "unique"
+        assert self.budget.evaluations is not None
+        return "evaluations" if self.evaluations >= self.budget.evaluations else "searcher"
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON, without the log."""
@@ -112,6 +130,7 @@ class Found:
             "unique": self.unique,
             "evaluations": self.evaluations,
             "steps": self.steps,
+            "ended_by": self.ended_by,
         }
 
 
@@ -148,6 +167,8 @@ def experiment_of(
     ------
     SearchError
         For a searcher, options or a policy that can't be.
+    RaisedError
+        Where the searcher's module or class raises anything but an error about its options.
     """
     budget = Budget(unique=unique, evaluations=evaluations)
     policies = () if level is None else (PolicyChoice(name="own", policy=policy or Policy()),)
@@ -172,9 +193,16 @@ def search(experiment: Experiment, *, progress: Callable[[int, int], None] | Non
     ------
     SearcherError
         Where the searcher breaks the protocol.
+    RaisedError
+        Where it raises anything else.
     """
     (run,) = experiment.runs()
-    record = do(experiment, run, Environments(experiment), progress=progress)
+    try:
+        record = do(experiment, run, Environments(experiment), progress=progress)
+    except (SearcherError, MemoryError):
+        raise
+    except (Exception, SystemExit) as error:
+        raise RaisedError(run.cell.searcher.label, error) from error
     summary = record.summary
     design = Design(summary["recommended"])
     rows = np.flatnonzero(record.columns["design"] == design.index)
@@ -188,6 +216,7 @@ def search(experiment: Experiment, *, progress: Callable[[int, int], None] | Non
         unique=summary["unique"],
         evaluations=summary["evaluations"],
         steps=summary["steps"],
+        budget=experiment.budget,
         columns=record.columns,
     )
 
@@ -261,6 +290,8 @@ def _check(
         made = make(searcher, np.random.default_rng(0), **options)
     except (ImportError, TypeError, ValueError) as error:
         raise SearchError(f"--searcher {searcher}: {error}") from error
+    except (Exception, SystemExit) as error:  # one's own may raise anything
+        raise RaisedError(searcher, error) from error
     for choice in policies:
         try:
             Guarded(made, choice.policy, evaluations=evaluations(budget))

@@ -16,7 +16,7 @@ from softvox_gym.cli import main
 from softvox_gym.files import OutputError
 from softvox_search.experiment import compare as comparing
 from softvox_search.experiment import folder as files
-from softvox_search.experiment.compare import Plan, compare
+from softvox_search.experiment.compare import Plan, check_report, compare
 from softvox_search.experiment.config import read
 from softvox_search.experiment.environment import Environments
 from softvox_search.experiment.job import do
@@ -338,7 +338,9 @@ BAD = {
     "compare none.toml": "none.toml: No such file or directory",
     "compare exp.toml --workers 0": "--workers",
     "compare exp.toml --out file": "--out file is not a folder",
-    "compare exp.toml --out no/such": "--out no is not a folder; make it first",
+    "compare exp.toml --out file/such": "--out file is not a folder; choose another",
+    "compare exp.toml --out file/no/such": "--out file is not a folder; choose another",
+    f"compare exp.toml --workers {10**23}": "above 0 and at most 999999999",
     "compare exp.toml --out folder": "folder is not empty; choose another",
     "compare exp.toml --out empty --report-only": "empty holds no results yet",
     "compare bad.toml": "bad.toml: [[searchers]] no. 1 (rnd) name must be one of",
@@ -371,6 +373,79 @@ def test_the_results_go_to_a_folder_of_the_files_name_unless_said_otherwise(tmp_
     assert done.returncode == 0
     assert (tmp_path / "results" / "exp" / "runs.csv").exists()
     assert "wrote into results/exp: evaluations.parquet, runs.csv" in done.stdout
+    done = softvox("compare", "exp.toml", "--no-report", "--out", "no/such", cwd=tmp_path)
+    assert "wrote into no/such (without --out it is results/exp): eval" in done.stdout
+    assert results(tmp_path / "no" / "such") == results(tmp_path / "results" / "exp")
+
+
+CHATTY = """\
+from own import Slow
+
+class Chatty(Slow):
+    def ask(self, n=None):
+        print("hello")
+        return super().ask(n)
+"""
+
+
+def test_searchers_beside_the_file_are_found_and_what_they_print_goes_aside(tmp_path):
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "own.py").write_text(OWN)
+    (tmp_path / "deep" / "chatty.py").write_text(CHATTY)
+    (tmp_path / "deep" / "exp.toml").write_text(
+        "seeds = 1\nbudget.unique = 20\n[[searchers]]\nname = 'chatty:Chatty'\n"
+    )
+    done = softvox("compare", "deep/exp.toml", "--no-report", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert set(done.stderr.split()) == {"hello"}
+    assert len(done.stdout.splitlines()) == 2
+    assert "hello" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (OSError(28, "No space left on device"), "cannot write into out: No space left on device"),
+        (OutputError("cannot write out/x: No space"), "cannot write out/x: No space"),
+    ],
+)
+def test_what_cannot_be_written_names_the_folder_and_what_to_do(
+    error, message, journalled, tmp_path, monkeypatch, capsys
+):
+    def full(*_):
+        raise error
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "exp.toml").write_text(SMALL)
+    shutil.copytree(journalled, tmp_path / "out")
+    monkeypatch.setattr(files, "write_data", full)
+    status = main(["compare", "exp.toml", "--no-report", "--out", "out"])
+    said = capsys.readouterr()
+    assert (status, said.out) == (2, "")
+    assert said.err == (
+        f"softvox: error: {message}; what is done is kept; the same command goes on\n"
+    )
+
+
+@pytest.mark.parametrize("name", ["runs.csv", "improvements.csv"])
+@pytest.mark.parametrize("damage", ["gone", "cut"])
+def test_no_report_is_made_from_damaged_results(name, damage, small, tmp_path):
+    experiment, folder = small
+    out = shutil.copytree(folder, tmp_path / "out")
+    check_report(experiment, out)
+    if damage == "gone":
+        (out / name).unlink()
+    else:
+        (out / name).write_bytes((out / name).read_bytes()[:-5])
+    with pytest.raises(files.FolderError, match=rf"{name} is not as it was written; restore it"):
+        check_report(experiment, out)
+
+
+def test_another_manifest_is_not_taken_for_ones_own(small, tmp_path):
+    experiment, _ = small
+    (tmp_path / "manifest.json").write_text("[3]")
+    with pytest.raises(files.FolderError, match="is no manifest of results"):
+        run(experiment, tmp_path)
 
 
 def test_the_commands_are_light_to_load():
@@ -383,7 +458,7 @@ def test_the_commands_are_light_to_load():
     assert not loaded & {"deap", "pandas", "matplotlib", "scipy", "pyarrow", "optuna"}
 
 
-@pytest.mark.parametrize("command", ["compare", "search"])
+@pytest.mark.parametrize("command", ["compare", "robustness", "search"])
 def test_the_help_fits_80_columns(command, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     assert main([command, "--help"]) == 0

@@ -1,3 +1,6 @@
+import re
+import sys
+
 import numpy as np
 import pytest
 from small_experiments import NOISY, SMALL
@@ -6,6 +9,7 @@ from softvox_search.experiment.checks import check
 from softvox_search.experiment.config import ConfigError, read
 from softvox_search.experiment.environment import answers_from_table, stack
 from softvox_search.experiment.job import streams
+from softvox_search.experiment.keys import EXAMPLE, KEYS
 from softvox_search.oracle import Budget
 
 
@@ -90,10 +94,22 @@ def changed(before, after, text=SMALL):
 BAD = {
     "unknown key": (
         changed("seeds = 3", "seeds = 3\nsedes = 3"),
-        "no key sedes; did you mean seeds",
+        "no key sedes; did you mean seeds? Its keys are seeds, entropy",
     ),
-    "missing key": (changed("entropy = 1\n", ""), "lacks the key entropy, a whole number"),
-    "misspelt key": (changed("entropy", "entrpy"), "lacks the key entropy", "is entrpy meant"),
+    "missing key": (changed("seeds = 3\n", ""), "lacks the key seeds, a whole number"),
+    "misspelt key": (changed("seeds", "sedes"), "lacks the key seeds", "is sedes meant"),
+    "misspelt entropy": (changed("entropy", "entrpy"), "did you mean entropy? Its keys are seeds"),
+    "budget huge": (
+        changed("unique = 60", f"unique = {10**23}"),
+        "[budget] unique must be a whole number of at least 1 and at most 2147483647, got 1000000",
+    ),
+    "entropy huge": (changed("entropy = 1", f"entropy = 0x{'f' * 9999}"), "got one of 39996 bits"),
+    "too many digits": (changed("entropy = 1", f"entropy = {'9' * 9999}"), "can't be read"),
+    "seeds huge": (
+        changed("seeds = 3", f"seeds = {10**9}"),
+        "make 2000000001 runs, and at most 1000000 are taken; give fewer seeds",
+    ),
+    "no method": (changed('"random"', '"numpy:ndarray"'), "searcher numpy:ndarray lacks ask, tell"),
     "seeds 0": (changed("seeds = 3", "seeds = 0"), "seeds must be a whole number of at least 1"),
     "seeds true": (changed("seeds = 3", "seeds = true"), "seeds must be", "got True"),
     "entropy text": (changed("entropy = 1", 'entropy = "x"'), "entropy must be", "got 'x'"),
@@ -187,6 +203,73 @@ def test_a_bad_file_gets_one_line_naming_file_key_and_mend(case, tmp_path):
     assert "\n" not in message
     for fragment in fragments:
         assert fragment in message
+
+
+def test_the_example_of_the_help_is_read(tmp_path):
+    experiment = experiment_of(tmp_path, EXAMPLE)
+    assert len(EXAMPLE.splitlines()) == 8
+    assert (experiment.entropy, experiment.seeds, len(experiment.searchers)) == (0, 10, 2)
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["", "[budget]\n", "[env]\n", "[[searchers]]\nname = 'ga'\n", "[[policies]]\nname = 'p'\n"],
+)
+def test_the_help_tells_of_every_key(place, tmp_path):
+    surplus = "surplus = 1\n"
+    text = surplus + EXAMPLE if not place else EXAMPLE + place + surplus
+    if place == "[budget]\n":
+        text = EXAMPLE.replace(place, place + surplus)
+    with pytest.raises(ConfigError, match="has no key surplus; its keys are") as caught:
+        experiment_of(tmp_path, text)
+    for key in str(caught.value).partition("its keys are ")[2].split(", "):
+        assert re.search(rf"\b{key}\b", KEYS)
+
+
+def test_a_mark_of_byte_order_is_skipped(tmp_path):
+    path = tmp_path / "exp.toml"
+    path.write_text(EXAMPLE, encoding="utf-8-sig")
+    assert read(path).seeds == 10
+
+
+WRAPPERS = """\
+from gymnasium.vector import VectorWrapper
+
+class Drops(VectorWrapper):
+    is_noisy = False
+
+    def step(self, actions):
+        *rest, infos = self.env.step(actions)
+        return (*rest, {"status": infos["status"]})
+
+class Breaks(VectorWrapper):
+    is_noisy = False
+
+    def step(self, actions):
+        raise RuntimeError("no luck")
+
+class Exits(VectorWrapper):
+    def __init__(self, env):
+        raise SystemExit(3)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Drops", "Drops: its step drops displacement, steps from the infos"),
+        ("Breaks", "Breaks: can't be stepped: RuntimeError: no luck"),
+        ("Exits", "Exits: can't be made: SystemExit: 3"),
+    ],
+)
+def test_a_wrapper_of_ones_own_that_breaks_is_named(name, message, tmp_path, monkeypatch):
+    (tmp_path / "own_wrappers.py").write_text(WRAPPERS)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "own_wrappers", raising=False)
+    around = '[[wrappers]]\nname = "FitnessNoise"\nsigma = 0.1\n'
+    with pytest.raises(ConfigError) as caught:
+        experiment_of(tmp_path, f'{EXAMPLE}[[wrappers]]\nname = "own_wrappers:{name}"\n{around}')
+    assert message in str(caught.value)
 
 
 def test_a_file_that_cannot_be_read_says_why(tmp_path):

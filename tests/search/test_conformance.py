@@ -43,6 +43,14 @@ def test_a_policy_of_one_switch_conforms(switch):
     check(guarded, evaluations=120)
 
 
+def test_a_name_is_taken_as_well_and_nothing_else():
+    check("random", evaluations=20)
+    with pytest.raises(ValueError, match="there is no searcher 'rondom'"):
+        check("rondom")
+    with pytest.raises(TypeError, match="make must be the searcher's class, its name, or"):
+        check(3)
+
+
 class Sound(SearcherBase):
     """Conforms; the others differ from it in one thing."""
 

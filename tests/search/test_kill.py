@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
-from cli_process import COMMAND, softvox
+from cli_process import COMMAND, hear_signals, softvox
 from small_experiments import OWN, results
 
 SLOW = """\
@@ -50,6 +50,7 @@ def start(folder):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=hear_signals,
     )
 
 

@@ -25,6 +25,17 @@ class Anything(Mine):
     def __init__(self, rng, **options):
         super().__init__(rng, size=sum(options.values()))
 
+class Empty(SearcherBase):
+    def __init__(self, rng):
+        raise AssertionError("must not be made")
+
+class Delegates:
+    def __init__(self, rng):
+        self.inner = Mine(rng)
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
+
 class Half:
     def __init__(self, rng):
         pass
@@ -130,6 +141,19 @@ def test_a_place_without_a_class_is_refused_with_the_reason(name, message, rng):
 def test_a_library_that_ones_own_module_misses_is_named(rng):
     with pytest.raises(ModuleNotFoundError, match="a_library_that_is_missing"):
         registry.make("needs_more:Mine", rng)
+
+
+@pytest.mark.usefixtures("own")
+def test_it_is_refused_before_it_is_made(rng):
+    with pytest.raises(TypeError, match="searcher own_searchers:Empty lacks ask; see"):
+        registry.make("own_searchers:Empty", rng)
+    with pytest.raises(TypeError, match="searcher numpy:ndarray lacks ask, tell"):
+        registry.make("numpy:ndarray", rng)
+
+
+@pytest.mark.usefixtures("own")
+def test_a_class_may_leave_its_methods_to_another(rng):
+    assert len(registry.make("own_searchers:Delegates", rng).ask()) == 4
 
 
 @pytest.mark.usefixtures("own")

@@ -4,13 +4,14 @@ import dataclasses
 import re
 
 import matplotlib
+import matplotlib.text
 import numpy as np
 import pandas as pd
 import pytest
 from made_results import FITNESS, random_runs, results, run
 
 import softvox_gym
-from softvox_search.report import text, write
+from softvox_search.report import canvas, text, write
 from softvox_search.report.results import Results
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -171,3 +172,32 @@ def test_results_that_lack_a_column_are_refused():
         Results("", "", {}, made.runs.drop(columns=["level", "digest"]), made.improvements)
     with pytest.raises(ValueError, match="'ok' or 'failed', got 'lost'"):
         Results("", "", {}, made.runs.assign(status="lost"), made.improvements)
+
+
+def texts_outside(figure):
+    """Return the titles, names of axes and legends of a drawn figure that its edges cut off."""
+    figure.canvas.draw()
+    texts = list(figure.texts)
+    for axis in figure.axes:
+        texts += [axis.title, axis.xaxis.label, axis.yaxis.label]
+    for legend in figure.legends:
+        texts += legend.get_texts()
+    inside = figure.bbox.padded(1)
+    shown = [one for one in texts if one.get_text().strip()]
+    assert len(shown) > 2
+    return [
+        one.get_text()
+        for one in shown
+        if not all(inside.contains(x, y) for x, y in one.get_window_extent().get_points())
+    ]
+
+
+@pytest.mark.parametrize("searchers", [["ga"], ["ga", "random"], ["a", "b", "c", "d", "e"]])
+def test_no_text_is_cut_off(tmp_path, monkeypatch, searchers):
+    figures = []
+    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    runs = random_runs(searchers, 2, 40, levels=(0.0, 1.0), policies=("naive", "all"))
+    write(tmp_path, results(*runs))
+    assert len(figures) > 6
+    with canvas.style():
+        assert [texts_outside(figure) for figure in figures] == [[]] * len(figures)

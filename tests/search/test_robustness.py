@@ -2,13 +2,15 @@
 
 import csv
 import io
+import json
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from cli_process import snapshot, softvox
 
-from softvox_gym import landscape, noisy_landscape
+from softvox_gym import Design, landscape, noisy_landscape
 from softvox_gym.noisy import LEVELS
 from softvox_search import robustness
 
@@ -82,7 +84,7 @@ def test_all_hundred_are_listed_where_asked_for():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--level", "0.7"), "there are levels 0, 0.5, 1, 2, 4"),
+        (("--level", "0.7"), "--level must be one of 0, 0.5, 1, 2, 4, got 0.7"),
         (("--level", "much"), "must be a number"),
     ],
 )
@@ -93,9 +95,34 @@ def test_a_level_that_was_not_measured_is_refused(arguments, message):
     assert done.stderr.count("\n") == 1
 
 
+def test_as_json_it_says_all():
+    data = json.loads(softvox("robustness", "--json", "--level", "0").stdout)
+    assert [row["level"] for row in data["levels"]] == list(LEVELS)
+    assert (data["level"], len(data["published"])) == (0, 100)
+    assert data["levels"][0]["best"] == data["published"][0]["design"] == 6453
+
+
 def test_a_folder_in_use_is_refused(tmp_path):
     (tmp_path / "mine").write_text("x")
     done = softvox("robustness", "--out", str(tmp_path))
     assert done.returncode == 2
     assert "not empty" in done.stderr
     assert list(snapshot(tmp_path)) == ["mine"]
+
+
+def test_the_documents_table_is_what_the_command_prints():
+    text = (Path(__file__).parents[2] / "docs" / "noise.md").read_text(encoding="utf-8")
+    names = {0.0: "0", 0.5: "½", 1.0: "1", 2.0: "2", 4.0: "4"}
+    for row in robustness.levels():
+        error = f" ± {row.standard_error:.3f}" if row.standard_error else ""
+        digits = Design(row.best).digits
+        line = (
+            f"| {names[row.level]} | {row.best} | {digits} | {row.mean:.3f}{error} "
+            f"| {row.kendall_tau:.2f} | {row.kendall_tau_top:.2f} | {row.overlap} "
+            f"| {row.overlap_q10} | {row.retained:.0%} |".replace("%", " %")
+        )
+        assert line in text
+        assert row.p_diverged == 0
+    one, two = (sum(row.survives for row in robustness.published(level)) for level in (1, 2))
+    stay = f"{one} of the published top hundred stay among the best hundred** at level 1, {two} at"
+    assert stay in text

@@ -13,7 +13,7 @@ import softvox_gym
 from softvox_gym import Design
 from softvox_gym.cli import main
 from softvox_search.log import COLUMNS
-from softvox_search.registry import SEARCHERS
+from softvox_search.registry import SEARCHERS, options_of
 
 
 def pixels(content):
@@ -114,11 +114,94 @@ def test_other_physics_are_held_against_their_own_best(tmp_path):
     assert data["rank"] == 1 + (fitness > data["fitness"]).sum()
 
 
-def test_the_searchers_are_listed_with_a_line_each():
-    lines = softvox("search", "--list").stdout.splitlines()
-    assert [line.split()[0] for line in lines] == list(SEARCHERS)
-    assert all(len(line.split()) > 4 for line in lines)
-    assert len(set(lines)) == len(lines)
+def test_the_searchers_are_listed_with_a_sentence_each_and_their_options():
+    text = softvox("search", "--list").stdout
+    assert max(map(len, text.splitlines())) <= 80
+    heads = [line.split()[0] for line in text.splitlines() if not line.startswith(" ")]
+    assert heads == list(SEARCHERS)
+    listed = json.loads(softvox("search", "--list", "--json").stdout)
+    assert [entry["name"] for entry in listed] == heads
+    assert len({entry["about"] for entry in listed}) == len(listed)
+    for entry in listed:
+        assert entry["about"] in " ".join(text.split())
+        assert entry["options"] == options_of(entry["name"])
+        for key, value in entry["options"].items():
+            assert f"{key}={json.dumps(value)}" in text
+
+
+def test_a_search_that_finds_nothing_new_says_why_it_ended(tmp_path):
+    command = ("search", "--searcher", "own:Narrow", "--budget", "50", "--no-picture")
+    (tmp_path / "own.py").write_text(PRINTS)
+    said = softvox(*command, cwd=tmp_path).stdout
+    assert "ended         by 1000 evaluations: only 20 of 50 designs were new" in said
+    some = softvox("search", "--searcher", "random", "--budget", "9000", "--no-picture")
+    assert "ended         by the searcher, which proposed no more: 6561 of 9000" in some.stdout
+
+
+PRINTS = """\
+import numpy as np
+from softvox_search.protocol import SearcherBase
+
+print("imported")
+
+class Narrow(SearcherBase):
+    def __init__(self, rng, *, how=""):
+        print("made")
+        if how == "not made":
+            raise RuntimeError("no luck\\nat all")
+        super().__init__(rng)
+        self.how = how
+
+    def ask(self, n=None):
+        print("asked")
+        if self.how == "raises":
+            raise OSError("no luck\\nat all")
+        if self.how == "exits":
+            raise SystemExit(0)
+        return np.arange(20)
+"""
+
+
+def test_what_a_searcher_prints_does_not_spoil_the_json(tmp_path):
+    (tmp_path / "own.py").write_text(PRINTS)
+    command = ("search", "--searcher", "own:Narrow", "--budget", "20", "--no-picture", "--json")
+    done = softvox(*command, cwd=tmp_path)
+    assert json.loads(done.stdout)["ended_by"] == "unique"
+    assert {"imported", "made", "asked"} == set(done.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ("not made", "RuntimeError: no luck at all"),
+        ("raises", "OSError: no luck at all"),
+        ("exits", "SystemExit: 0"),
+    ],
+)
+def test_what_a_searcher_raises_is_shown_and_summed_up_in_a_line(how, message, tmp_path):
+    (tmp_path / "own.py").write_text(PRINTS)
+    command = ("search", "--searcher", "own:Narrow", "--option", f"how={how}", "--no-picture")
+    done = softvox(*command, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "Traceback" in done.stderr
+    assert 'own.py", line' in done.stderr
+    assert done.stderr.splitlines()[-1] == (f"softvox: error: searcher own:Narrow raised {message}")
+
+
+def test_only_a_picture_that_was_named_is_protected(tmp_path):
+    for seed in ("1", "2", "1"):
+        done = softvox("search", "--searcher", "ga", "--budget", "60", "--seed", seed, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    noisy = ("search", "--searcher", "ga", "--budget", "60", "--seed", "1", "--noise", "1.5")
+    done = softvox(*noisy, cwd=tmp_path)
+    assert "under noise   not known at level 1.5; known at 0, 0.5, 1, 2, 4" in done.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "search-ga-1.png",
+        "search-ga-2.png",
+        "search-ga-1-noise-1.5.png",
+    }
+    named = softvox(*noisy, "--picture", "search-ga-1.png", cwd=tmp_path)
+    assert "--picture search-ga-1.png exists" in named.stderr
 
 
 def test_a_searcher_of_ones_own_is_found_in_the_current_folder(tmp_path):
@@ -147,7 +230,11 @@ BAD = {
     "search --searcher ga --out old.csv": "--out old.csv exists",
     "search --searcher ga --picture old.png": "--picture old.png exists",
     "search --searcher ga --picture p.jpg": "--picture must end in .png",
-    "search --searcher ga --seed 7": "--picture search-ga-7.png exists",
+    "search --searcher ga --seed 7 --picture search-ga-7.png": "search-ga-7.png exists",
+    "search --searcher numpy:ndarray": "searcher numpy:ndarray lacks ask, tell",
+    "search --searcher os:path": "--searcher os:path: module os has no class 'path'",
+    f"search --searcher ga --budget {10**23}": f"above 0 and at most 999999999, got {10**23}",
+    f"search --searcher ga --seed {10**23}": "of at most 18 digits",
     "search --searcher ga --gravity 1 2": "--gravity",
     "search --searcher ga --densty 1": "did you mean --density?",
 }

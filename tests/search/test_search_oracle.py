@@ -364,3 +364,12 @@ def test_a_reward_of_nan_is_refused():
     oracle = Oracle(lambda n: Unworthy(gym.make_vec(TABLE_ENV_ID, num_envs=n)), Budget(unique=5))
     with pytest.raises(ValueError, match="a reward of NaN"):
         oracle.evaluate([1, 2, 3])
+
+
+@pytest.mark.parametrize("kind", [list, np.array])
+def test_the_digits_of_one_design_are_not_taken_for_eight_numbers(kind):
+    with pytest.raises(SearcherError, match="look like the digits of one design"):
+        checked(kind([0, 0, 0, 2, 1, 2, 2, 2]))
+    assert checked(kind([[0, 0, 0, 2, 1, 2, 2, 2]])).tolist() == [[0, 0, 0, 2, 1, 2, 2, 2]]
+    assert len(checked(kind([0, 0, 0, 2, 1, 2, 2, 3]))) == 8
+    assert len(checked([Design(1)] * 8)) == 8

@@ -8,6 +8,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import whole_number
@@ -16,6 +17,8 @@ from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.engine import default_threads
 from softvox_gym.files import OutputError, check_folder
 from softvox_gym.progress import Progress
+from softvox_search.cli.own_code import look_in, prints_aside
+from softvox_search.experiment.keys import EXAMPLE, KEYS
 
 if TYPE_CHECKING:
     from softvox_search.experiment.compare import Outcome, Plan
@@ -27,7 +30,8 @@ RESULTS = Path("results")
 MOST_NAMED = 5
 
 DESCRIPTION = """\
-Run an experiment, a comparison of searchers, and write into a folder
+Run an experiment, a comparison of searchers, and write into a folder,
+results/NAME for NAME.toml unless --out says otherwise,
   evaluations.parquet  every evaluation of every run
   runs.csv             a summary of each run
   improvements.csv     when each run came upon something better
@@ -39,7 +43,19 @@ Killed at any moment, the same command goes on where it was, and the results
 are the same bits; all but manifest.json are so on every repetition. A run
 that raises an error is named and left out, the others go on, and the exit
 status is 1; the same command tries it again.
+
+Searchers and wrappers of your own, package.module:Class, are looked for among
+what is installed, on PYTHONPATH, in the current folder and in that of
+FILE.toml. What they print goes to standard error.
 """
+
+KEPT = "what is done is kept; the same command goes on"
+
+EPILOG = f"""\
+FILE.toml, with what holds where a key is left out in brackets:
+{KEYS}
+for example:
+{indent(EXAMPLE, "  ")}"""
 
 
 def add_parser(commands: Any) -> None:
@@ -48,6 +64,7 @@ def add_parser(commands: Any) -> None:
         "compare",
         help="run an experiment: searchers against each other",
         description=DESCRIPTION,
+        epilog=EPILOG,
         usage="softvox compare FILE.toml [--out DIR] [--workers N] [options]",
     )
     parser.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
@@ -55,7 +72,7 @@ def add_parser(commands: Any) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"folder of results (default: {RESULTS}/ and the file's name)",
+        help=f"folder of results (default: {RESULTS}/NAME for NAME.toml)",
     )
     parser.add_argument(
         "--workers", type=whole_number, metavar="N", help="processes (default: all cores)"
@@ -76,8 +93,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
-    if "" not in sys.path and os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())  # where one's own searchers are
+    look_in(Path.cwd(), args.file.parent)
     with _one_line():
         from softvox_search.experiment.config import read
 
@@ -85,11 +101,11 @@ def run(args: Namespace) -> int:
     folder: Path = args.out or RESULTS / experiment.name
     if args.report_only:
         return _report_only(experiment, folder, _command(args.file))
-    with _one_line():
+    with _one_line(), prints_aside():
         from softvox_search.experiment.checks import check
 
         check(experiment, args.file)
-    _make(folder, args.out)
+    _make(folder)
     return _compare(args, experiment, folder)
 
 
@@ -104,7 +120,12 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
         report=not args.no_report,
     )
     try:
-        with _one_line(), Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress:
+        with (
+            _one_line(),
+            _writing(folder),
+            prints_aside(),
+            Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress,
+        ):
             outcome = compare(
                 experiment,
                 folder,
@@ -113,7 +134,7 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
                 say=lambda message: complain("warning", message),
             )
     except Stopped as stop:
-        stop.add_note("what is done is kept; the same command goes on")
+        stop.add_note(KEPT)
         raise
     print(summary(experiment, folder, plan, outcome))
     for failure in outcome.failed[:MOST_NAMED]:
@@ -125,7 +146,7 @@ def summary(experiment: Experiment, folder: Path, plan: Plan, outcome: Outcome) 
     """Return what was done, in a few lines."""
     lines = []
     if outcome.was_complete:
-        lines.append(f"{experiment.name}: all {outcome.total} runs were done already")
+        lines.append(f"{experiment.name}: all {outcome.total} runs were done already, in {folder}")
     else:
         done = outcome.total - len(outcome.failed)
         before = f" ({outcome.before} of them before)" if outcome.before else ""
@@ -142,18 +163,25 @@ def summary(experiment: Experiment, folder: Path, plan: Plan, outcome: Outcome) 
         lines.append("no report: the optimum is known for the physics published only")
     shown = [name for name in outcome.files if "/" not in name]
     if shown:
-        lines.append(f"wrote into {folder}: {', '.join(shown)}")
+        lines.append(f"wrote into {_shown(folder, experiment)}: {', '.join(shown)}")
     return "\n".join(lines)
 
 
+def _shown(folder: Path, experiment: Experiment) -> str:
+    """Return a folder, and the default where it isn't that: the report's command goes there."""
+    default = RESULTS / experiment.name
+    return str(folder) if folder == default else f"{folder} (without --out it is {default})"
+
+
 def _report_only(experiment: Experiment, folder: Path, command: str) -> int:
-    with _one_line():
+    with _one_line(), _writing(folder), prints_aside():
         from softvox_search.experiment.compare import check_report
         from softvox_search.experiment.results import write_report
 
         check_report(experiment, folder)
         written = write_report(folder, experiment, command)
-    print(f"wrote into {folder}: {', '.join(name for name in written if '/' not in name)}")
+    shown = ", ".join(name for name in written if "/" not in name)
+    print(f"wrote into {_shown(folder, experiment)}: {shown}")
     return 0
 
 
@@ -175,12 +203,25 @@ def _one_line() -> Iterator[None]:
         raise BadInputError(str(error)) from error
 
 
-def _make(folder: Path, out: Path | None) -> None:
-    """Make the folder of results where it doesn't exist; of its parents only the default one."""
-    if out is None:
-        with bad_input("--out"):
-            RESULTS.mkdir(exist_ok=True)
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Say of what can't be written where that is, and that nothing done is lost."""
+    try:
+        yield
+    except OutputError as error:
+        raise BadInputError(f"{error}; {KEPT}") from error
+    except OSError as error:
+        why = error.strerror or error
+        raise BadInputError(f"cannot write into {folder}: {why}; {KEPT}") from error
+
+
+def _make(folder: Path) -> None:
+    """Make the folder of results, and its parents, where they don't exist."""
     with bad_input("--out"):
+        for parent in folder.parents:
+            if os.path.lexists(parent) and not parent.is_dir():
+                raise OutputError(f"{parent} is not a folder; choose another")
+        folder.parent.mkdir(parents=True, exist_ok=True)
         check_folder(folder, (), force=True)
         folder.mkdir(exist_ok=True)
 

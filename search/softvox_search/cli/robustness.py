@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from argparse import Namespace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import number
-from softvox_gym.cli.terminal import bad_input
+from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
+from softvox_gym.noisy import LEVELS
 
 if TYPE_CHECKING:
     from softvox_search.robustness import Level, Published
+
+KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
 DESCRIPTION = """\
 Show what noise on actuation, friction, stiffness, density and the floor's tilt
@@ -42,11 +47,12 @@ def add_parser(commands: Any) -> None:
         type=number,
         default=1.0,
         metavar="L",
-        help="for the list of the published top hundred: 0.5, 1, 2 or 4 (default: 1)",
+        help=f"for the list of the published top hundred, one of {KNOWN} (default: 1)",
     )
     parser.add_argument(
         "--all", action="store_true", help="list all hundred, not only those that fall out"
     )
+    parser.add_argument("--json", action="store_true", help="print JSON, with all hundred")
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="also write everything as CSV into this folder"
     )
@@ -58,20 +64,34 @@ def run(args: Namespace) -> int:
     """Print the summary, and write the tables."""
     from softvox_search import robustness
 
-    with bad_input("--level"):
-        top = robustness.published(args.level)
+    if args.level not in LEVELS:
+        raise BadInputError(f"--level must be one of {KNOWN}, got {args.level:g}")
+    top = robustness.published(args.level)
     if args.out is not None:
         tables = robustness.tables()
         with bad_input("--out"):
             check_folder(args.out, tables, force=args.force)
             contents = {name: text.encode() for name, text in tables.items()}
             write_folder(args.out, contents, force=args.force)
+    if args.json:
+        print(as_json(robustness.levels(), top, args.level))
+        return 0
     print(levels_text(robustness.levels()))
     print()
     print(published_text(top, args.level, show_all=args.all))
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0
+
+
+def as_json(rows: list[Level], top: list[Published], level: float) -> str:
+    """Return everything for programs."""
+    data = {
+        "levels": [asdict(row) for row in rows],
+        "level": level,
+        "published": [asdict(row) for row in top],
+    }
+    return json.dumps(data, indent=2, allow_nan=False)
 
 
 def levels_text(rows: list[Level]) -> str:

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-import ast
 import json
-import os
 import re
 import sys
 import tomllib
+import traceback
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
-from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_file, write_file
+from softvox_gym.noisy import LEVELS
 from softvox_gym.progress import Progress
-from softvox_search.registry import FIXED, SEARCHERS
+from softvox_search.cli import listing
+from softvox_search.cli.own_code import look_in, prints_aside
 
 if TYPE_CHECKING:
     from softvox_search.experiment.config import Experiment
     from softvox_search.single import Found
 
 BUDGET = 500
+
+KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
 DESCRIPTION = """\
 Let a searcher look for the fittest robot, and hold what it recommends against
@@ -37,6 +39,14 @@ it was found, and a picture of it after its run.
 With --noise every evaluation is a fresh draw; "believed" is then what the
 searcher thinks that its recommendation is worth. The switches against luck
 are --running-mean, --reevaluate-parents and --final-stage.
+
+The picture goes to search-NAME-SEED.png, under noise to
+search-NAME-SEED-noise-LEVEL.png, in place of an earlier one, unless --picture
+names another file.
+
+A searcher of your own, --searcher package.module:Class, is looked for among
+what is installed, on PYTHONPATH and in the current folder. What it prints goes
+to standard error.
 """
 
 
@@ -52,7 +62,7 @@ def add_parser(commands: Any) -> None:
     what.add_argument(
         "--searcher", metavar="NAME", help="from --list, or your own as package.module:Class"
     )
-    what.add_argument("--list", action="store_true", help="list the searchers and end")
+    what.add_argument("--list", action="store_true", help="list the searchers with their options")
     parser.add_argument(
         "--option",
         action="append",
@@ -84,7 +94,11 @@ def add_parser(commands: Any) -> None:
 
 def _add_noise(parser: Any) -> None:
     parser.add_argument(
-        "--noise", type=number, metavar="LEVEL", help="of JakobiNoise; 1 is the assumed reality"
+        "--noise",
+        type=number,
+        metavar="LEVEL",
+        help="of JakobiNoise; 1 is the assumed reality. What the designs are worth under noise is "
+        f"known at {KNOWN}",
     )
     for switch, text in (
         ("--running-mean", "tell the mean of all draws of a design"),
@@ -103,62 +117,51 @@ def _add_output(parser: Any) -> None:
         "--picture",
         type=Path,
         metavar="FILE.png",
-        help="where the picture goes (default: search-NAME-SEED.png)",
+        help="where the picture goes; one that exists is only replaced with --force",
     )
     parser.add_argument("--no-picture", action="store_true", help="draw none")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.add_argument("--force", action="store_true", help="replace files named here that exist")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def run(args: Namespace) -> int:
     """Check everything, search, save, then print."""
-    if "" not in sys.path and os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())  # where one's own searcher is
     if args.list:
-        print(listing())
+        listed = listing.entries()
+        print(listing.as_json(listed) if args.json else listing.as_text(listed))
         return 0
+    look_in(Path.cwd())
+    with _one_line():
+        from softvox_search import single
+    try:
+        return _search(args)
+    except single.RaisedError as error:
+        if sys.stderr is not None:
+            traceback.print_exception(error.__cause__)
+        complain("error", str(error))
+        return 1
+
+
+def _search(args: Namespace) -> int:
     from softvox_search import single
 
     picture = None if args.no_picture else args.picture or _default_picture(args)
     _check_files(args, picture)
     with _one_line():
-        experiment = _experiment(args)
-        with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
-            found = single.search(experiment, progress=progress)
+        with prints_aside():
+            experiment = _experiment(args)
+            with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
+                found = single.search(experiment, progress=progress)
         table = single.table(found.columns, args.out.suffix) if args.out else b""
     if args.out:
         with bad_input("--out"):
             write_file(args.out, table, force=args.force)
     if picture:
         with bad_input("--picture"):
-            write_file(picture, single.picture(experiment, found.design), force=args.force)
+            image = single.picture(experiment, found.design)
+            write_file(picture, image, force=args.force or not args.picture)
     print(as_json(found, picture) if args.json else as_text(found, picture))
     return 0
-
-
-def listing() -> str:
-    """Return every searcher with the first line of its documentation."""
-    width = max(map(len, SEARCHERS))
-    lines = []
-    for name, place in SEARCHERS.items():
-        fixed = ", ".join(f"{key}={value}" for key, value in FIXED.get(name, {}).items())
-        lines.append(f"{name:{width}}  {about(place)}" + (f" ({fixed})" if fixed else ""))
-    return "\n".join(lines)
-
-
-def about(place: str) -> str:
-    """Return the first line of a class's documentation, read from the source.
-
-    So nothing is imported: the libraries of all searchers would take seconds, or be missing.
-    """
-    module, _, name = place.partition(":")
-    spec = find_spec(module)
-    assert spec is not None
-    assert spec.origin is not None
-    for node in ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.ClassDef) and node.name == name:
-            return (ast.get_docstring(node) or "").partition("\n")[0]
-    raise AssertionError(f"{module} has no class {name}")
 
 
 def _experiment(args: Namespace) -> Experiment:
@@ -229,15 +232,18 @@ def _check_files(args: Namespace, picture: Path | None) -> None:
         if picture.suffix != ".png":
             raise BadInputError(f"--picture must end in .png, got {picture}")
         with bad_input("--picture"):
-            check_file(picture, force=args.force)
+            check_file(picture, force=args.force or not args.picture)
 
 
 def _default_picture(args: Namespace) -> Path:
     name = re.sub(r"[^A-Za-z0-9_]+", "-", args.searcher.rpartition(":")[2]).strip("-")
-    return Path(f"search-{name or 'own'}-{args.seed}.png")
+    noise = "" if args.noise is None else f"-noise-{args.noise:g}"
+    return Path(f"search-{name or 'own'}-{args.seed}{noise}.png")
 
 
 def _seed(text: str) -> int:
+    if re.fullmatch(r"[0-9]{19,}", text):
+        raise ArgumentTypeError(f"must be a whole number of at most 18 digits, got {text}")
     if not re.fullmatch(r"[0-9]{1,18}", text):
         raise ArgumentTypeError(f"must be a whole number that is not negative, got {text!r}")
     return int(text)
@@ -261,11 +267,28 @@ def as_text(found: Found, picture: Path | None) -> str:
             f"under noise   mean {found.noisy.fitness:.4f}, of the best {found.noisy.best:.4f}: "
             f"regret {found.noisy.regret:.4f}, rank {found.noisy.rank}"
         )
+    elif found.level is not None:
+        at = "for this physics" if found.level in LEVELS else f"at level {found.level:g}"
+        lines.append(f"under noise   not known {at}; known at {KNOWN} of the physics published")
     when = "never evaluated" if found.sequence is None else f"at evaluation {found.sequence}"
     lines.append(f"found         {when} of {found.evaluations} ({found.unique} counted as unique)")
+    if reason := _ended(found):
+        lines.append(f"ended         {reason}")
     if picture:
         lines.append(f"picture       {picture}")
     return "\n".join(lines)
+
+
+def _ended(found: Found) -> str | None:
+    """Return why a search ended before its budget of designs, or None."""
+    wanted = found.budget.unique
+    if found.ended_by == "searcher":
+        return f"by the searcher, which proposed no more: {found.unique} of {wanted}"
+    if found.ended_by == "evaluations" and found.level is None:
+        return (
+            f"by {found.evaluations} evaluations: only {found.unique} of {wanted} designs were new"
+        )
+    return None
 
 
 def as_json(found: Found, picture: Path | None) -> str:

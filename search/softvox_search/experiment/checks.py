@@ -8,7 +8,7 @@ import numpy as np
 
 from softvox_gym.wrappers import is_noisy
 from softvox_search.experiment.config import Experiment, SearcherChoice
-from softvox_search.experiment.environment import Environments, WrapperError
+from softvox_search.experiment.environment import Environments, WrapperError, check_infos
 from softvox_search.experiment.job import evaluations
 from softvox_search.experiment.toml_table import ConfigError
 from softvox_search.policies import Guarded
@@ -33,7 +33,10 @@ def check(experiment: Experiment, path: Path) -> None:
     noisy = experiment.levels is not None
     for level in experiment.levels or (None,):
         try:
-            noisy = is_noisy(environments.at(level)(1)) or noisy
+            env = environments.at(level)(1)
+            noisy = is_noisy(env) or noisy
+            if any(":" in wrapper.name for wrapper in experiment.wrappers):
+                check_infos(env)  # made anew for every run, so this one is nobody else's
         except WrapperError as error:
             raise ConfigError(f"{path}: [[wrappers]] {error}") from error
     if experiment.policies and not noisy:
@@ -53,7 +56,7 @@ def _check_searcher(choice: SearcherChoice, experiment: Experiment) -> None:
         searcher = make(choice.name, np.random.default_rng(0), **choice.options)
     except (ImportError, TypeError, ValueError) as error:
         raise ConfigError(f"[[searchers]] {choice.label}: {error}") from error
-    except Exception as error:  # one's own searcher may raise anything
+    except (Exception, SystemExit) as error:  # one's own searcher may raise anything
         raise ConfigError(
             f"[[searchers]] {choice.label}: can't be made: {type(error).__name__}: {error}"
         ) from error

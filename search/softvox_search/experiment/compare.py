@@ -143,14 +143,12 @@ def is_complete(folder: Path, made_from: dict[str, Any], *, force: bool = False)
         _check_free(folder, force=force)
         return False
     _check_same(folder, manifest.get("made_from", {}), made_from)
-    for name in files.DATA:
-        if manifest["files"][name] != files.file_digest(folder / name):
-            if (folder / files.JOURNAL).exists():
-                return False
-            raise FolderError(
-                f"{folder / name} is not as it was written; restore it, or run all anew with "
-                "--force"
-            )
+    try:
+        _check_files(folder, manifest, files.DATA)
+    except FolderError:
+        if (folder / files.JOURNAL).exists():
+            return False
+        raise
     return not manifest["failed"]
 
 
@@ -174,6 +172,17 @@ def check_report(experiment: Experiment, folder: Path) -> None:
         raise FolderError(
             f"{folder} has no report: the optimum is known for the physics published only"
         )
+    _check_files(folder, manifest, files.REPORTED)
+
+
+def _check_files(folder: Path, manifest: dict[str, Any], names: Sequence[str]) -> None:
+    """Make sure that files are there as the manifest knows them."""
+    for name in names:
+        if manifest["files"].get(name) != files.file_digest(folder / name):
+            raise FolderError(
+                f"{folder / name} is not as it was written; restore it, or run all anew with "
+                "--force"
+            )
 
 
 def _check_free(folder: Path, *, force: bool) -> None:

@@ -19,6 +19,12 @@ NOISE = "JakobiNoise"
 #: Wrappers that an experiment may name; another is named as "package.module:Class".
 WRAPPERS = ("FitnessNoise", NOISE, "Resample")
 
+#: Runs of an experiment.
+MOST_RUNS = 10**6
+
+#: Seeds of numpy's own making have 128 bits.
+MOST_ENTROPY = 2**128 - 1
+
 _BUDGETS = tuple(f.name for f in fields(Budget))
 
 
@@ -151,19 +157,8 @@ class Experiment:
 def read(path: Path) -> Experiment:
     """Read an experiment from a TOML file.
 
-    =============== ================================================================================
-    seeds           runs per cell; a cell is a searcher at a level with a policy
-    entropy         a whole number; all random streams derive from it
-    [budget]        of each run: unique, evaluations, steps, as in `Budget`
-    [env]           physics: a preset's name or a table of parameters ("published"); table: whether
-                    the exact table answers where nothing disturbs the simulation (true); id
-    levels          of `JakobiNoise`, which is put around the bare environment, or is where
-                    [[wrappers]] names it; left out, there is no such noise
-    [[wrappers]]    name, and the wrapper's arguments; from the environment outward
-    [[policies]]    name, and the switches of `Policy`
-    [[searchers]]   name; label (the name); options = {}; seeds and budget where they differ from
-                    the others', which needs a reason
-    =============== ================================================================================
+    `softvox_search.experiment.keys` has the table of its keys and an example, which ``softvox
+    compare --help`` shows.
 
     Raises
     ------
@@ -172,7 +167,7 @@ def read(path: Path) -> Experiment:
     """
     top = load(path)
     seeds = top.whole("seeds")
-    entropy = top.whole("entropy", least=0)
+    entropy = top.whole("entropy", 0, least=0, most=MOST_ENTROPY)
     budget = _budget_keys(top.table("budget"))
     env = top.table("env", {})
     physics, table = _physics(env), env.flag("table", True)
@@ -197,6 +192,7 @@ def read(path: Path) -> Experiment:
     if not experiment.searchers:
         raise top.error("searchers must be one table [[searchers]] or more, got none")
     _check_levels(top, experiment)
+    _check_number(top, experiment)
     return experiment
 
 
@@ -290,6 +286,16 @@ def _named(top: Table, key: str, choices: Any) -> tuple[Any, ...]:
             raise top.error(f"[[{key}]] {name} is there twice; give one of them another {kind}")
         seen[name] = choice
     return tuple(seen.values())
+
+
+def _check_number(top: Table, experiment: Experiment) -> None:
+    """Refuse more runs than can be kept, before anything counts them one by one."""
+    number = sum(cell.searcher.seeds for cell in experiment.cells())
+    if number > MOST_RUNS:
+        raise top.error(
+            f"seeds, searchers, levels and policies make {number} runs, and at most {MOST_RUNS} "
+            "are taken; give fewer seeds"
+        )
 
 
 def _check_levels(top: Table, experiment: Experiment) -> None:

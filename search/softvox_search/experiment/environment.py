@@ -8,13 +8,18 @@ from importlib import import_module
 from typing import Any
 
 import gymnasium as gym
-from gymnasium.vector import VectorEnv
+import numpy as np
+from gymnasium.vector import VectorEnv, VectorWrapper
 
 from softvox_gym import TABLE_ENV_ID
+from softvox_gym.design import N_SITES
 from softvox_gym.wrappers import silent, vector
 from softvox_search.experiment.config import NOISE, Experiment, WrapperChoice
-from softvox_search.experiment.toml_table import meant
+from softvox_search.experiment.toml_table import unknown
 from softvox_search.oracle import MakeEnv
+
+#: What the oracle reads of the infos of a step.
+NEEDED = ("displacement", "status", "steps")
 
 
 class WrapperError(Exception):
@@ -110,6 +115,36 @@ def wrapped(env: Any, wrapper: WrapperChoice) -> Any:
         return made
     except (ImportError, TypeError, ValueError) as error:
         raise WrapperError(f"{wrapper.name}: {error}") from error
+    except (Exception, SystemExit) as error:  # one's own wrapper may raise anything
+        raise WrapperError(
+            f"{wrapper.name}: can't be made: {type(error).__name__}: {error}"
+        ) from error
+
+
+def check_infos(env: Any) -> None:
+    """Try one design, and make sure that every wrapper passes on what the oracle needs.
+
+    Raises
+    ------
+    WrapperError
+        Naming the innermost wrapper that drops some of it.
+    """
+    layers = [env]
+    while isinstance(layers[-1], VectorWrapper):
+        layers.append(layers[-1].env)
+    for layer in reversed(layers):
+        try:
+            layer.reset(seed=0)
+            infos = layer.step(np.zeros((layer.num_envs, N_SITES), dtype=np.int64))[4]
+        except Exception as error:  # one's own wrapper may raise anything
+            raise WrapperError(
+                f"{type(layer).__name__}: can't be stepped: {type(error).__name__}: {error}"
+            ) from error
+        if lacks := [name for name in NEEDED if name not in infos]:
+            raise WrapperError(
+                f"{type(layer).__name__}: its step drops {', '.join(lacks)} from the infos; pass "
+                "on all that the environment within gives"
+            )
 
 
 def _check_options(options: dict[str, Any], parameters: Mapping[str, inspect.Parameter]) -> None:
@@ -119,9 +154,7 @@ def _check_options(options: dict[str, Any], parameters: Mapping[str, inspect.Par
     names = [parameter.name for parameter in named]
     for option in options:
         if option not in names:
-            raise TypeError(
-                f"has no key {option}{meant(option, names)}; its keys are {', '.join(names)}"
-            )
+            raise TypeError(unknown(option, names))
     for parameter in named:
         if parameter.default is parameter.empty and parameter.name not in options:
             raise TypeError(f"lacks the key {parameter.name}; its keys are {', '.join(names)}")

@@ -32,6 +32,9 @@ REPORT = "report.md"
 #: Files that hold the results; the same experiment gives the same bytes.
 DATA = (EVALUATIONS, RUNS, IMPROVEMENTS)
 
+#: Those of which the report is made.
+REPORTED = (RUNS, IMPROVEMENTS)
+
 IMPROVEMENT = ("run", "terms", "sequence", "unique_sequence", "design", "fitness")
 
 #: A group of rows ends with the run that fills it: so much is held in memory at a time.
@@ -158,13 +161,13 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         Where it can't be read as one.
     """
     try:
-        manifest: dict[str, Any] = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
     except ValueError:
-        raise FolderError(
-            f"{folder / MANIFEST} is no manifest of results; choose another folder"
-        ) from None
+        manifest = None
+    if not isinstance(manifest, dict) or not isinstance(manifest.get("files"), dict):
+        raise FolderError(f"{folder / MANIFEST} is no manifest of results; choose another folder")
     return manifest
 
 

@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Generator, Iterator, Sequence
@@ -166,6 +167,7 @@ def _start(process: SpawnProcess) -> None:
 
 def _work(connection: Connection, experiment: Experiment) -> None:
     """Do the runs that the parent sends, until it has no more or is gone."""
+    sys.stdout = sys.stderr  # what searchers print must not come among the command's results
     threading.Thread(target=_end_with_parent, daemon=True).start()
     from softvox_search.experiment.encoding import encode
     from softvox_search.experiment.environment import Environments

@@ -56,11 +56,10 @@ def _table(path: Path) -> Any:
     """Return a table as a data frame; only numbers can be missing, a text may be empty or "nan"."""
     import pandas as pd
 
-    names = path.open(encoding="utf-8").readline().strip().split(",")
-    return pd.read_csv(
-        path,
-        dtype={name: str for name in names if name in _TEXT},
-        float_precision="round_trip",
-        keep_default_na=False,
-        na_values={name: [""] for name in names if name not in _TEXT},
-    )
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    for name in table.columns.difference(list(_TEXT)):
+        texts = table[name].tolist()
+        # Python reads every number to the bits that were written.
+        is_whole = all(text.isdecimal() for text in texts)
+        table[name] = [int(text) if is_whole else float(text or "nan") for text in texts]
+    return table

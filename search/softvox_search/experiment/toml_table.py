@@ -17,6 +17,9 @@ class ConfigError(Exception):
 #: In place of a default, where a key must be there.
 REQUIRED: Any = object()
 
+#: Whole numbers above it are mistakes.
+MOST = 2**31 - 1
+
 
 def load(path: Path) -> Table:
     """Read a TOML file.
@@ -27,13 +30,15 @@ def load(path: Path) -> Table:
         Where it can't be read or is no TOML.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is not text in UTF-8, as TOML must be") from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
+    except ValueError as error:  # a number with more digits than Python reads
+        raise ConfigError(f"{path}: can't be read: {error}") from None
     return Table(data, str(path))
 
 
@@ -75,12 +80,17 @@ class Table:
             raise self.error(f"lacks the key {key}, {expected}{hint}")
         return default
 
-    def whole(self, key: str, default: Any = REQUIRED, *, least: int = 1) -> Any:
-        """Take a whole number of at least so much."""
+    def whole(self, key: str, default: Any = REQUIRED, *, least: int = 1, most: int = MOST) -> Any:
+        """Take a whole number of at least and at most so much."""
         expected = f"a whole number of at least {least}"
         value = self.take(key, default, expected)
-        if value is not default and (type(value) is not int or value < least):
+        if value is default:
+            return value
+        if type(value) is not int or value < least:
             raise self.error(f"{key} must be {expected}, got {value!r}")
+        if value > most:
+            size = value if value.bit_length() <= 128 else f"one of {value.bit_length()} bits"
+            raise self.error(f"{key} must be {expected} and at most {most}, got {size}")
         return value
 
     def flag(self, key: str, default: Any = REQUIRED) -> Any:
@@ -141,9 +151,14 @@ class Table:
     def close(self) -> None:
         """Refuse keys that nobody took."""
         for key in self._left:
-            raise self.error(
-                f"has no key {key}{meant(key, self._known)}; its keys are {', '.join(self._known)}"
-            )
+            raise self.error(unknown(key, self._known))
+
+
+def unknown(key: str, known: Iterable[str]) -> str:
+    """Return what to say of a key that is none of those known."""
+    known = list(known)
+    hint = meant(key, known)
+    return f"has no key {key}{hint}{' Its' if hint else '; its'} keys are {', '.join(known)}"
 
 
 def meant(given: str, valid: Iterable[str]) -> str:

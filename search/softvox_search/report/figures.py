@@ -149,7 +149,7 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
 
 #: The whole of a measure's name, for the axis.
 _MEASURES = {
-    "true_regret": "true regret of the recommended design, voxel widths",
+    "true_regret": "true regret, voxel widths",
     "optimism": "optimism: believed less true, voxel widths",
 }
 

@@ -5,7 +5,8 @@ parser's default, and `run(args)`, which does the work and returns the exit stat
 those of this package; others are found as entry points of the group `softvox_gym.commands`, each a
 module that is light to import.
 
-Exit status: 0 done, 1 the answer is no (`verify`), 2 bad input, 128 + n stopped by signal n.
+Exit status: 0 done, 1 the answer is no (`verify`) or one's own searcher failed, 2 bad input,
+128 + n stopped by signal n.
 """
 
 from __future__ import annotations

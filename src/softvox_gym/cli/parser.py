@@ -45,6 +45,10 @@ class Parser(argparse.ArgumentParser):
         self.error(f"no option {name}" + (f"; did you mean {close[0]}?" if close else ""))
 
 
+#: Whole numbers on the command line have at most nine digits.
+MOST = 10**9 - 1
+
+
 def number(text: str) -> float:
     """Read a number; whether it is finite and in bounds is for `Physics` to say."""
     try:
@@ -55,6 +59,10 @@ def number(text: str) -> float:
 
 def whole_number(text: str) -> int:
     """Read a positive whole number."""
+    if re.fullmatch(r"[0-9]*[1-9][0-9]{9,}", text):
+        raise argparse.ArgumentTypeError(
+            f"must be a whole number above 0 and at most {MOST}, got {text}"
+        )
     if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
     return int(text)
