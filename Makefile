@@ -1,5 +1,6 @@
 # make landscape   set everything up, and simulate all 6561 designs, into OUT=landscape
 # make test        set everything up, and run the tests
+# make figures     set everything up, and draw every figure, into figures
 PYTHON ?= python3
 VENV ?= .venv
 OUT ?= landscape
@@ -8,7 +9,7 @@ SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -c -o /dev/null
 
-.PHONY: landscape test verify lint sanitize benchmark picture table noise sdist clean
+.PHONY: landscape test verify lint sanitize benchmark picture figures table noise sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -49,6 +50,9 @@ sanitize: sdist
 		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
 		tests/test_bits.py tests/test_laws.py tests/test_oracle.py tests/test_simulate.py \
 		tests/test_vector_env.py
+
+figures: $(VENV)/installed
+	$(BIN)/softvox figures --out figures --results baselines/noise_free --results baselines/noise
 
 # The tables that ship with the package; anew after a change of the engine or of the noise.
 table: $(VENV)/installed

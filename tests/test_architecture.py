@@ -15,6 +15,7 @@ FOLDER = Path(softvox_gym.__file__).parent
 FLOORS = [
     {"_engine"},
     {"engine", "design", "physics", "rendering", "files", "progress", "aggregates", "portable"},
+    {"replay"},
     {"simulation", "conditions"},
     {"outcome", "noise"},
     {"table"},

@@ -1,3 +1,4 @@
+import contextlib
 import os
 import signal
 import subprocess
@@ -95,8 +96,9 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path):
     assert "--out /proc can't be written to" in done.stderr
 
 
+@contextlib.contextmanager
 def running_landscape(cwd, *options):
-    """Start a landscape that takes minutes, and return once it computes."""
+    """Start a landscape that takes minutes; it computes when this gives it, and never outlives."""
     process = subprocess.Popen(
         [*COMMAND, "landscape", "--duration", "400", "--threads", "1", *options],
         cwd=cwd,
@@ -105,14 +107,23 @@ def running_landscape(cwd, *options):
         text=True,
         preexec_fn=hear_signals,
     )
+    try:
+        wait_until_it_computes(process)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def wait_until_it_computes(process):
     ticks = os.sysconf("SC_CLK_TCK")
     deadline = time.monotonic() + 30
     while time.monotonic() < deadline and process.poll() is None:
         time.sleep(0.02)
         with open(f"/proc/{process.pid}/stat", encoding="ascii") as file:
             if int(file.read().rpartition(")")[2].split()[11]) > 0.8 * ticks:
-                return process
-    raise AssertionError(f"it never ran: {process.communicate()}")
+                return
+    raise AssertionError("it never ran")
 
 
 needs_proc = pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
@@ -121,9 +132,9 @@ needs_proc = pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="n
 @needs_proc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_stopped_landscape_says_so_and_leaves_nothing(number, tmp_path):
-    process = running_landscape(tmp_path)
-    process.send_signal(number)
-    out, err = process.communicate(timeout=10)
+    with running_landscape(tmp_path) as process:
+        process.send_signal(number)
+        out, err = process.communicate(timeout=10)
     assert process.returncode == 128 + number
     assert out == ""
     assert err == f"softvox: stopped: {number.name}, nothing was left half written\n"
@@ -134,16 +145,16 @@ def test_a_stopped_landscape_says_so_and_leaves_nothing(number, tmp_path):
 def test_a_stopped_landscape_leaves_the_earlier_one_as_it_was(tmp_path):
     assert softvox("landscape", "--duration", "0.3", cwd=tmp_path).returncode == 0
     before = snapshot(tmp_path)
-    process = running_landscape(tmp_path, "--force")
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=10)
+    with running_landscape(tmp_path, "--force") as process:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=10)
     assert process.returncode == 130
     assert snapshot(tmp_path) == before
 
 
 @needs_proc
 def test_a_killed_landscape_leaves_no_half_table(tmp_path):
-    process = running_landscape(tmp_path)
-    process.kill()
-    process.communicate(timeout=10)
+    with running_landscape(tmp_path) as process:
+        process.kill()
+        process.communicate(timeout=10)
     assert snapshot(tmp_path) == {}

@@ -84,6 +84,12 @@ class Result:
         best = float(np.nanmax(self.fitness)) if diverged < len(self) else float("nan")
         return f"Result({len(self)} designs on {shape}, {diverged} diverged, best {best:.2f})"
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the fittest designs, moving where there are frames."""
+        from softvox_gym.replay.notebook import notebook  # most results are never looked at
+
+        return notebook(self)
+
     @cached_property
     def fitness(self) -> NDArray[np.float64]:
         """Horizontal travel sqrt(dx^2 + dy^2) in voxel widths, shape (n,); NaN where diverged."""

@@ -77,7 +77,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, save the frames, then print."""
-    design = _design(args.design, tuple(args.shape))
+    design = design_of(args.design, tuple(args.shape))
     physics = physics_of(args)
     if not physics.cycles <= MOST_CYCLES:
         raise BadInputError(
@@ -101,7 +101,14 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _design(text: str, shape: tuple[int, int, int]) -> Design:
+def design_of(text: str, shape: tuple[int, int, int]) -> Design:
+    """Return the design that a number or digits on the command line stand for.
+
+    Raises
+    ------
+    BadInputError
+        Where they are neither, or the lattice is too large.
+    """
     sites = prod(shape)
     if sites > MOST_SITES:
         raise BadInputError(f"--shape has {sites} sites, and at most {MOST_SITES} are taken")

@@ -1,0 +1,82 @@
+"""A headless Chromium for tests of pages; they are skipped where it is not installed."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+    "--force-device-scale-factor=1",
+]
+
+#: Drawn by the processor, so that the pictures need no graphics card.
+WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+NO_WEBGL = ["--disable-3d-apis"]
+
+MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None] + [
+    name for name in ("selenium",) if find_spec(name) is None
+]
+
+needs_chromium = pytest.mark.skipif(
+    bool(MISSING),
+    reason=f"{', '.join(MISSING)} not found: apt-get install chromium chromium-driver, "
+    "pip install 'softvox-gym[browser-test]'",
+)
+
+
+@contextmanager
+def chromium(*flags: str, width: int = 900, height: int = 640) -> Iterator[Any]:
+    """Yield a driver of a browser with a profile of its own."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    service = webdriver.ChromeService(str(shutil.which("chromedriver")))
+    with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        own = [f"--window-size={width},{height}", f"--user-data-dir={profile}"]
+        for flag in (*FLAGS, *flags, *own):
+            options.add_argument(flag)
+        driver = webdriver.Chrome(options=options, service=service)
+        try:
+            yield driver
+        finally:
+            driver.quit()
+
+
+def opened(driver: Any, path: Path) -> None:
+    """Open a file, what earlier pages logged being forgotten."""
+    driver.get("about:blank")
+    driver.get_log("browser")
+    driver.get_log("performance")
+    driver.get(path.as_uri())
+
+
+def errors(driver: Any) -> list[str]:
+    """Return what went wrong on the page, as its console says."""
+    return [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def requests(driver: Any) -> list[str]:
+    """Return the addresses that pages asked for, but those that hold their content themselves."""
+    import json
+
+    messages = [json.loads(row["message"])["message"] for row in driver.get_log("performance")]
+    asked = [
+        message["params"]["request"]["url"]
+        for message in messages
+        if message["method"] == "Network.requestWillBeSent"
+    ]
+    return [address for address in asked if not address.startswith("data:")]

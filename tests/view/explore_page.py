@@ -1,0 +1,105 @@
+"""What the browser tests of the app do on its page, and what they see there."""
+
+import base64
+import io
+import json
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+
+from softvox_view.tessellation import SIDE, cell_of
+
+PATIENCE = 30  # s; a landscape takes two on two processors
+DESKTOP, PHONE = (1280, 800), (390, 844)
+
+#: Where the pictures for the documentation go, if somebody wants them.
+PICTURES = os.environ.get("SOFTVOX_PICTURES")
+
+
+def sized(driver, width, height):
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
+def until(condition):
+    """Wait for something that does not fail and is not false, and return it."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        if found := condition():
+            return found
+        time.sleep(0.03)
+    raise AssertionError("waited in vain")
+
+
+def opened(driver, served, state=""):
+    driver.get("about:blank")
+    driver.get_log("browser")
+    driver.get_log("performance")
+    driver.get(f"{served.address}#{state}")
+    until(lambda: shown(driver, "robot-panel", "dataset.designs"))
+    until(lambda: applied(driver) is not None)
+    return driver
+
+
+def shown(driver, name, what="textContent"):
+    return driver.execute_script(f"return document.getElementById('{name}').{what}")
+
+
+def applied(driver):
+    """Return the parameters that the map was computed with."""
+    text = driver.execute_script("return document.body.dataset.parameters")
+    return None if text is None else json.loads(text)
+
+
+def one(driver, selector):
+    return driver.find_element("css selector", selector)
+
+
+def entered(driver, selector, text):
+    """Type into a field in place of what is there."""
+    from selenium.webdriver import Keys
+
+    one(driver, selector).send_keys(Keys.CONTROL + "a", Keys.NULL, text, Keys.ENTER)
+
+
+def mouse(driver, design):
+    """Return a mouse on its way to a design's cell."""
+    from selenium.webdriver import ActionChains
+
+    canvas = one(driver, "#map")
+    driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", canvas)
+    row, column = (int(place) for place in cell_of(design))
+    side = canvas.size["width"]
+    offsets = [round(side * ((place + 0.5) / SIDE - 0.5)) for place in (column, SIDE - 1 - row)]
+    return ActionChains(driver, duration=0).move_to_element_with_offset(canvas, *offsets)
+
+
+def facts(driver):
+    """Return the table of facts by name."""
+    rows = driver.execute_script(
+        "return [...document.querySelectorAll('#facts tr')].map("
+        "row => [...row.children].map(cell => cell.textContent))"
+    )
+    return {name: told for name, *told in rows}
+
+
+def gravity_of_3(served):
+    """Return the fitness of all designs; test_explore_server holds it to the engine."""
+    body = {"client": "test", "parameters": {"gravity": -3}}
+    return np.array(served.post("/api/landscape", body)[1][-1]["values"]["fitness"])
+
+
+def map_pixels(driver):
+    url = shown(driver, "map", "toDataURL()")
+    from PIL import Image
+
+    content = base64.b64decode(url.removeprefix("data:image/png;base64,"))
+    return np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(float)
+
+
+def kept(driver, name):
+    """Keep a picture for the documentation."""
+    if PICTURES:
+        (Path(PICTURES) / name).write_bytes(driver.get_screenshot_as_png())

@@ -1,0 +1,336 @@
+"""The app as somebody at a browser meets it."""
+
+import csv
+
+import numpy as np
+import pytest
+from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, requests
+
+pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
+pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
+
+from explore_page import (
+    DESKTOP,
+    PHONE,
+    applied,
+    entered,
+    facts,
+    gravity_of_3,
+    kept,
+    map_pixels,
+    mouse,
+    one,
+    opened,
+    shown,
+    sized,
+    until,
+)
+from explore_serving import serving
+
+import softvox_gym
+from softvox_gym import Design, simulate
+from softvox_view.tessellation import SIDE, cell_of
+
+image = pytest.importorskip("PIL.Image")
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture(scope="module")
+def served():
+    with serving() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def driver():
+    with chromium(*WEBGL, width=1300, height=900) as driver:
+        sized(driver, *DESKTOP)
+        yield driver
+
+
+def test_it_loads_without_an_error_and_asks_nobody_else(driver, served):
+    opened(driver, served)
+    assert applied(driver) == {}
+    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert facts(driver)["fitness"] == ["4.6573"]
+    assert facts(driver)["rank of 6561"] == ["1"]
+    assert shown(driver, "player", "player.supported")
+    assert errors(driver) == []
+    assert [url for url in requests(driver) if not url.startswith(served.address)] == []
+
+
+def test_lighter_is_fitter_on_the_map(driver, served):
+    opened(driver, served)
+    pixels = map_pixels(driver)
+    fitness = softvox_gym.landscape()["fitness"]
+    row, column = cell_of(np.arange(6561))
+    # Cells near the mark of the design shown may lie under it.
+    own = cell_of(6453)
+    free = np.maximum(abs(row - own[0]), abs(column - own[1])) > 5
+    cell = len(pixels) // SIDE
+    colours = pixels[(SIDE - 1 - row) * cell + cell // 2, column * cell + cell // 2]
+    lightness = colours @ [0.2126, 0.7152, 0.0722]
+    order = np.flatnonzero(free)[np.argsort(fitness[free])]
+    falls = lightness[order][:-1] - lightness[order][1:]
+    assert falls.max() <= 1  # a count of 255: the anchors are rounded
+    assert lightness[order][-1] - lightness[order][0] > 150
+
+
+def test_hovering_shows_the_robot_and_its_numbers(driver, served):
+    opened(driver, served)
+    mouse(driver, 4295).perform()
+    assert shown(driver, "hover-text").startswith("4295 · 20002221, fitness 4.65")
+    shapes = driver.execute_script("return document.querySelectorAll('#hover-robot circle').length")
+    assert shapes == 3 * Design(4295).n_active  # a dot on each of the three faces seen
+    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+
+
+def test_a_click_simulates_and_replays_and_is_in_the_address(driver, served):
+    opened(driver, served)
+    mouse(driver, 4295).click().perform()
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    assert facts(driver)["fitness"] == [f"{simulate(4295).fitness[0]:.4f}"]
+    assert "4295" in shown(driver, "player")
+    assert shown(driver, "player", "player.frames") > 100
+    assert driver.current_url.endswith("#design=4295")
+    assert errors(driver) == []
+
+
+def test_keys_alone_lead_to_a_robot(driver, served):
+    from selenium.webdriver import Keys
+
+    opened(driver, served, "design=0")
+    canvas = one(driver, "#map")
+    driver.execute_script("arguments[0].focus()", canvas)
+    assert driver.switch_to.active_element == canvas
+    canvas.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_UP, Keys.SHIFT + Keys.ARROW_UP)
+    number = int(shown(driver, "hover-text").partition(" ")[0])
+    assert tuple(int(place) for place in cell_of(number)) == (10, 1)
+    canvas.send_keys(Keys.ENTER)
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == str(number))
+
+
+def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, served):
+    opened(driver, served)
+    nameless = driver.execute_script(
+        """return [...document.querySelectorAll("button, input, select, a, summary, [tabindex]")]
+        .filter((e) => e.offsetParent && !(e.getAttribute("aria-label") || e.textContent.trim()
+            || e.labels?.length)).map((e) => e.outerHTML)"""
+    )
+    unreachable = driver.execute_script(
+        """return [...document.querySelectorAll("button, input, select, a, canvas[role], summary")]
+        .filter((e) => e.offsetParent && e.tabIndex < 0).map((e) => e.outerHTML)"""
+    )
+    assert (nameless, unreachable) == ([], [])
+
+
+def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, served):
+    opened(driver, served)
+    entered(driver, "#value-gravity", "-3")
+    until(lambda: not shown(driver, "progress-row", "hidden"))
+    until(lambda: applied(driver) == {"gravity": "-3"})
+    fitness = gravity_of_3(served)
+    before = softvox_gym.landscape()["fitness"]
+    top = [set(np.argsort(-values, kind="stable")[:100]) for values in (before, fitness)]
+    told = shown(driver, "changes")
+    assert f"{len(top[0] & top[1])} of the top 100 stayed" in told
+    assert f"★ {fitness.argmax()} is" in told
+    until(lambda: facts(driver)["fitness"] == [f"{fitness[6453]:.4f}"])
+    assert facts(driver)["published"] == ["4.6573"]
+    one(driver, "#kind").send_keys("difference")
+    most = np.abs(fitness - before).max()
+    until(lambda: shown(driver, "high") == f"+{most:.2f}")
+    assert errors(driver) == []
+
+
+def test_a_slider_moved_fast_ends_where_it_was_left_and_nothing_piles_up(driver, served):
+    from selenium.webdriver import Keys
+
+    opened(driver, served)
+    slider = one(driver, "#slider-friction_static")
+    slider.send_keys(*[Keys.ARROW_LEFT] * 6)
+    assert shown(driver, "value-friction_static", "value") == "0.7"
+    assert served.explorer.jobs.running <= 1
+    until(lambda: applied(driver) == {"friction_static": "0.7"})
+    assert driver.current_url.endswith("#friction_static=0.7")
+    until(lambda: served.explorer.jobs.running == 0)
+    one(driver, "#reset").click()
+    until(lambda: applied(driver) == {})
+    assert shown(driver, "value-friction_static", "value") == "1"
+
+
+def test_a_bad_parameter_is_told_beside_it_and_changes_nothing(driver, served):
+    opened(driver, served)
+    before = map_pixels(driver)
+    entered(driver, "#value-friction_static", "-1")
+    said = until(lambda: shown(driver, "error-friction_static"))
+    assert said == "friction_static must be finite and not negative, got -1.0"
+    assert one(driver, "#value-friction_static").get_attribute("aria-invalid") == "true"
+    assert np.array_equal(map_pixels(driver), before)
+    assert driver.current_url.endswith("#")
+    entered(driver, "#value-friction_static", "1")
+    until(lambda: not shown(driver, "error-friction_static"))
+
+
+@pytest.mark.parametrize("text", ["6561", "0002122", "<b>x</b>"])
+def test_a_design_that_does_not_exist_is_told(driver, served, text):
+    opened(driver, served)
+    entered(driver, "#find-text", text)
+    said = until(lambda: shown(driver, "message"))
+    assert said == (f"design '{text}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2")
+    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+
+
+def test_a_design_is_found_by_its_digits(driver, served):
+    opened(driver, served)
+    entered(driver, "#find-text", "20002221")
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+
+
+def test_a_design_is_found_by_drawing_it(driver, served):
+    opened(driver, served, "design=0")
+    for site, clicks in ((0, 2), (5, 1)):
+        for _ in range(clicks):
+            one(driver, f"[data-site='{site}']").click()
+    drawn = str(Design("20000100").index)
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == drawn)
+    name = one(driver, "[data-site='5']").get_attribute("aria-label")
+    assert name == "x 1, y 0, z 1: passive"
+
+
+def test_two_designs_are_compared(driver, served):
+    opened(driver, served)
+    one(driver, "#which input[value='compare']").click()
+    mouse(driver, 4295).click().perform()
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453 4295")
+    first, second = simulate([6453, 4295]).fitness
+    change = f"\N{MINUS SIGN}{first - second:.4f}"
+    assert facts(driver)["fitness"] == [f"{first:.4f}", f"{second:.4f}", change]
+    one(driver, "#end-compare").click()
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453")
+
+
+def test_an_address_brings_back_what_was_seen(driver, served):
+    state = "design=4295&compare=6453&map=heading&gravity=-3"
+    opened(driver, served, state)
+    until(lambda: applied(driver) == {"gravity": "-3"})
+    assert shown(driver, "robot-panel", "dataset.designs") == "4295 6453"
+    assert shown(driver, "kind", "value") == "heading"
+    assert shown(driver, "value-gravity", "value") == "-3"
+    kept(driver, "explore-heading.png")
+
+
+@pytest.mark.parametrize(
+    ("state", "place", "words"),
+    [
+        ("design=9999", "message", "design '9999' is neither a number"),
+        ("friction_static=-1", "error-friction_static", "must be finite and not negative"),
+        ("nonsense=1", "message", "there is no parameter 'nonsense'"),
+    ],
+)
+def test_an_address_with_a_mistake_says_so_and_shows_the_rest(driver, served, state, place, words):
+    opened(driver, served, state)
+    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert words in shown(driver, place)
+
+
+def test_two_tabs_do_not_disturb_each_other(driver, served):
+    opened(driver, served)
+    first = driver.current_window_handle
+    one(driver, "#value-actuation").send_keys("clamp")
+    driver.switch_to.new_window("tab")
+    try:
+        sized(driver, *DESKTOP)
+        opened(driver, served, "design=4295")
+        assert (applied(driver), facts(driver)["design"]) == ({}, ["4295"])
+        entered(driver, "#value-gravity", "-3")
+        until(lambda: applied(driver) == {"gravity": "-3"})
+        second = map_pixels(driver)
+    finally:
+        driver.close()
+        driver.switch_to.window(first)
+    until(lambda: applied(driver) == {"actuation": "clamp"})
+    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert not np.array_equal(map_pixels(driver), second)
+
+
+def test_a_searchers_path_lies_over_the_map(driver, served):
+    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    opened(driver, served)
+    bare = map_pixels(driver)
+    one(driver, "#searcher").send_keys("hill_climber")
+    entered(driver, "#budget", "60")
+    said = until(lambda: shown(driver, "path-text"))
+    assert said.startswith("60 of 60 evaluations, 60 designs; ◆ best ")
+    assert (map_pixels(driver) != bare).any()
+    assert "searcher=hill_climber&seed=1&budget=60" in driver.current_url
+    one(driver, "#clear-path").click()
+    assert np.array_equal(map_pixels(driver), bare)
+
+
+def test_what_is_seen_can_be_downloaded(driver, served, tmp_path):
+    opened(driver, served)
+    where = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    driver.execute_cdp_cmd("Browser.setDownloadBehavior", where)
+    names = {
+        "save-csv": "landscape.csv",
+        "save-png": "landscape-fitness.png",
+        "save-replay": "replay-6453.html",
+    }
+    for button, name in names.items():
+        one(driver, f"#{button}").click()
+        until((tmp_path / name).exists)
+    table = softvox_gym.landscape()
+    with (tmp_path / "landscape.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["digits"] for row in rows] == table["digits"].tolist()
+    for name in ("dx", "dy", "fitness"):
+        assert [float(row[name]) for row in rows] == table[name].tolist()
+    with image.open(tmp_path / "landscape-fitness.png") as picture:
+        assert picture.size == (680, 730)
+    assert "6453" in (tmp_path / "replay-6453.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, served, size):
+    sized(driver, *size)
+    try:
+        state = "design=6453&compare=4295&gravity=-3&map=difference"
+        opened(driver, served, state)
+        until(lambda: applied(driver) == {"gravity": "-3"})
+        wide = driver.execute_script(
+            "const width = document.documentElement.clientWidth;"
+            "return [...document.querySelectorAll('main *')].filter((e) => e.offsetParent &&"
+            "e.getBoundingClientRect().right > width + 1).map((e) => e.outerHTML)"
+        )
+        assert wide == []
+        kept(driver, f"explore-{size[0]}.png")
+    finally:
+        sized(driver, *DESKTOP)
+
+
+def test_the_picture_for_the_readme_can_be_taken(driver, served):
+    """With SOFTVOX_PICTURES=docs it is kept as docs/explore.png."""
+    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    sized(driver, 1280, 900)
+    opened(driver, served, "design=6453&searcher=hill_climber&seed=1&budget=100")
+    until(lambda: shown(driver, "path-text"))
+    mouse(driver, 4295).perform()
+    driver.execute_script(
+        "const p = document.getElementById('player').player; p.pause(); p.seek(150)"
+    )
+    assert shown(driver, "player", "player.frame") == 150
+    driver.execute_script("scrollTo(0, 0)")
+    kept(driver, "explore.png")
+    assert len(driver.get_screenshot_as_png()) > 50_000
+    sized(driver, *DESKTOP)
+
+
+def test_without_webgl_there_is_a_message_and_the_still_picture(served):
+    with chromium(*NO_WEBGL, width=1300, height=900) as plain:
+        opened(plain, served)
+        until(lambda: shown(plain, "player", "querySelector('img')?.naturalWidth > 200"))
+        assert "WebGL" in shown(plain, "player")
+        assert facts(plain)["fitness"] == ["4.6573"]
+        kept(plain, "explore-no-webgl.png")

@@ -1,0 +1,291 @@
+import io
+import json
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
+pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
+
+from explore_serving import serving
+
+import softvox_gym
+from softvox_gym import Physics, simulate
+from softvox_view.explore import landscapes
+from softvox_view.explore.app import OWN
+from softvox_view.explore.server import PortError, bind
+from softvox_view.tessellation import cell_of
+
+
+@pytest.fixture(scope="module")
+def served():
+    with serving() as running:
+        yield running
+
+
+def test_it_listens_on_loopback_alone(served):
+    (server,) = served.server.servers
+    assert {sock.getsockname()[0] for sock in server.sockets} == {"127.0.0.1"}
+
+
+@pytest.mark.parametrize("path", ["/", *(f"/assets/{name}" for name in OWN), "/assets/player.js"])
+def test_the_page_and_its_parts_are_served_under_a_strict_policy(served, path):
+    status, headers, body = served.ask(path)
+    assert (status, len(body) > 100) == (200, True)
+    assert "default-src 'self'" in headers["content-security-policy"]
+    assert "http" not in headers["content-security-policy"]
+    assert "access-control-allow-origin" not in headers
+
+
+def test_the_page_names_no_other_host(served):
+    for path in ("/", *(f"/assets/{name}" for name in OWN)):
+        text = served.ask(path)[2].decode().replace("http://www.w3.org/2000/svg", "")
+        assert "http:" not in text
+        assert "https:" not in text
+
+
+@pytest.mark.parametrize(
+    "path", ["/assets/..%2fapp.py", "/assets/../app.py", "/assets/app.py", "/app.py", "/api/x"]
+)
+def test_nothing_else_is_served(served, path):
+    assert served.ask(path)[0] == 404
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "localhost.evil:80", ""]
+)
+def test_another_host_is_refused_as_of_a_rebound_name(served, host):
+    status, _, body = served.ask("/api/about", headers={"Host": host})
+    assert status == 403
+    assert "answers only as" in json.loads(body)["error"]
+
+
+def test_localhost_is_this_machine_too(served):
+    port = served.host.partition(":")[2]
+    assert served.ask("/api/about", headers={"Host": f"localhost:{port}"})[0] == 200
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "https://{}"]
+)
+@pytest.mark.parametrize("method", ["GET", "POST", "OPTIONS"])
+def test_another_origin_is_refused(served, origin, method):
+    headers = {"Origin": origin.format(served.host), "content-type": "application/json"}
+    status, answered, _ = served.ask("/api/landscape", method=method, body="{}", headers=headers)
+    assert status == 403
+    assert "access-control-allow-origin" not in answered
+
+
+def test_its_own_origin_is_let_in(served):
+    assert served.ask("/api/about", headers={"Origin": f"http://{served.host}"})[0] == 200
+
+
+def test_another_site_may_link_to_the_page_but_not_embed_or_read_it(served):
+    link = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
+    assert served.ask("/", headers={**link, "Sec-Fetch-Dest": "document"})[0] == 200
+    assert served.ask("/", headers={**link, "Sec-Fetch-Dest": "iframe"})[0] == 403
+    assert served.ask("/api/about", headers={**link, "Sec-Fetch-Dest": "document"})[0] == 403
+    image = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors", "Sec-Fetch-Dest": "image"}
+    assert served.ask("/api/still.png?design=6453", headers=image)[0] == 403
+
+
+def test_the_atlas_is_the_table_and_the_tessellation(served):
+    status, atlas = served.get("/api/atlas")
+    table = softvox_gym.landscape()
+    assert status == 200
+    assert atlas["fitness"] == table["fitness"].tolist()
+    assert atlas["noise"] == softvox_gym.noisy_landscape(1.0)["mean"].tolist()
+    row, column = cell_of(np.array(atlas["cells"]))
+    assert np.array_equal(row * atlas["side"] + column, np.arange(6561))
+
+
+def test_a_robot_is_simulated_to_the_bits_of_the_engine(served):
+    status, told = served.get("/api/robots?design=6453&compare=20002221&gravity=-3&actuation=clamp")
+    physics = Physics.of({"preset": "published", "gravity": -3.0, "actuation": "clamp"})
+    result = simulate([6453, "20002221"], physics)
+    assert status == 200
+    assert [robot["fitness"] for robot in told["robots"]] == result.fitness.tolist()
+    assert [robot["design"] for robot in told["robots"]] == [6453, 4295]
+    assert [robot["design"] for robot in told["recording"]["robots"]] == [6453, 4295]
+
+
+@pytest.mark.parametrize("frequency", [0.01, 4, 500])
+def test_a_recording_is_smooth_and_short_at_any_frequency(served, frequency):
+    status, told = served.get(f"/api/robots?design=6453&frequency_hz={frequency}")
+    assert status == 200
+    assert 95 <= told["recording"]["frames"] <= 630  # whole steps between frames: 5 % either way
+
+
+def test_the_empty_robot_can_be_shown(served):
+    status, told = served.get("/api/robots?design=0")
+    assert (status, told["robots"][0]["fitness"]) == (200, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("query", "parameter", "words"),
+    [
+        ("", "design", "design '' is neither"),
+        ("design=6561", "design", "design '6561' is neither a number from 0 to 6560"),
+        ("design=1&compare=x", "compare", "design 'x' is neither"),
+        ("design=1&friction_static=-1", "friction_static", "not negative, got -1.0"),
+        ("design=1&gravity=", "gravity", "gravity must be a number, got ''"),
+        ("design=1&gravity=1&gravity=2", "gravity", "given more than once"),
+        ("design=1&density=1", "density", "there is no parameter 'density'"),
+    ],
+)
+@pytest.mark.parametrize("path", ["/api/robots", "/api/replay.html", "/api/still.png"])
+def test_a_bad_parameter_is_refused_with_its_name_and_what_was_expected(
+    served, path, query, parameter, words
+):
+    status, told = served.get(f"{path}?{query}")
+    assert (status, told["parameter"]) == (422, parameter)
+    assert words in told["error"]
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "words"),
+    [
+        ("/api/landscape", "{", "must be a JSON object"),
+        ("/api/landscape", "[]", "must be a JSON object"),
+        ("/api/landscape", "[" * 9000, "must be a JSON object"),
+        ("/api/landscape", {"client": "a", "threads": 9}, "there is no 'threads'"),
+        ("/api/landscape", {"client": "a", "parameters": []}, "must be an object"),
+        ("/api/landscape", {"parameters": {}}, "client must be"),
+        ("/api/landscape", {"client": "a", "parameters": {"strain": -3}}, "strain must be"),
+        ("/api/path", {"client": "a", "searcher": "os:system"}, "there is no searcher 'os:system'"),
+        ("/api/path", {"client": "a", "searcher": "random", "seed": -1}, "seed must be"),
+        (
+            "/api/path",
+            {"client": "a", "searcher": "random", "seed": 1, "budget": 10**6},
+            "budget must be a whole number from 1 to 2000",
+        ),
+    ],
+)
+def test_bad_work_is_refused_before_it_begins(served, path, body, words):
+    pytest.importorskip("softvox_search")
+    status, (told,) = served.post(path, body)
+    assert status == 422
+    assert words in told["error"]
+    assert served.explorer.jobs.running == 0
+
+
+def test_work_must_come_as_json_and_be_short(served):
+    text = {"content-type": "text/plain"}
+    assert served.ask("/api/landscape", method="POST", body="{}", headers=text)[0] == 415
+    assert served.post("/api/landscape", "x" * 20_000)[0] == 413
+    assert served.ask("/api/landscape")[0] == 405
+
+
+def test_a_landscape_is_computed_with_progress_to_the_bits_of_the_engine(served):
+    status, events = served.post("/api/landscape", {"client": "a", "parameters": {"gravity": "-3"}})
+    *progress, done = events
+    result = simulate(np.arange(6561), Physics.of({"preset": "published", "gravity": -3.0}))
+    assert status == 200
+    assert {event["event"] for event in progress} == {"progress"}
+    counts = [event["done"] for event in progress]
+    assert counts == sorted(counts)
+    assert done["event"] == "done"
+    assert done["values"]["fitness"] == result.fitness.tolist()
+    before = softvox_gym.landscape()["fitness"]
+    top = [set(np.argsort(-values, kind="stable")[:100]) for values in (before, result.fitness)]
+    assert done["changes"]["stayed"] == len(top[0] & top[1])
+    assert done["changes"]["best"]["design"] == result.fitness.argmax()
+
+
+def test_the_newest_request_of_a_tab_wins_while_another_tab_and_a_click_are_answered(served):
+    def landscape(tab, gravity):
+        return "/api/landscape", {"client": tab, "parameters": {"gravity": gravity}}
+
+    with served.posted(*landscape("one", -7)) as older:
+        assert next(older)["event"] == "progress"
+        with served.posted(*landscape("two", -8)) as other:
+            assert next(other)["event"] == "progress"
+            assert served.get("/api/robots?design=4295&gravity=-7")[0] == 200
+            with served.posted(*landscape("one", -3)) as newer:
+                assert list(older)[-1] == {"event": "superseded"}
+                assert list(newer)[-1]["event"] == "done"
+            assert served.explorer.jobs.running == 1  # the other tab is still at it
+
+
+def test_a_reader_who_goes_away_ends_the_work(served):
+    with served.posted("/api/landscape", {"client": "x", "parameters": {"gravity": -6}}) as events:
+        assert next(events)["event"] == "progress"
+        assert served.explorer.jobs.running >= 1
+    deadline = time.monotonic() + 10
+    while served.explorer.jobs.running and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert served.explorer.jobs.running == 0
+    assert not any(
+        t.name.startswith("softvox-") and "job" not in t.name for t in threading.enumerate()
+    )
+
+
+def test_a_replay_and_a_still_picture_can_be_had(served):
+    status, headers, page = served.ask("/api/replay.html?design=6453&compare=4295")
+    assert status == 200
+    assert headers["content-disposition"] == 'attachment; filename="replay-6453-4295.html"'
+    assert b"6453" in page
+    status, headers, picture = served.ask("/api/still.png?design=6453")
+    assert (status, headers["content-type"]) == (200, "image/png")
+    image = pytest.importorskip("PIL.Image").open(io.BytesIO(picture))
+    assert image.width > 200
+
+
+def test_a_searchers_path_is_its_run_on_the_table(served):
+    single = pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    body = {"client": "a", "searcher": "random", "seed": "5", "budget": "40"}
+    status, events = served.post("/api/path", body)
+    found = single.search(single.experiment_of("random", options={}, seed=5, unique=40))
+    assert status == 200
+    assert events[-1]["event"] == "done"
+    assert events[-1]["designs"] == found.columns["design"].tolist()
+    assert events[-1]["recommended"] == found.design.index
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "extra"), [("ga", "deap", "search"), ("tpe", "optuna", "adapters")]
+)
+def test_a_searcher_whose_library_is_missing_says_what_to_install(name, library, extra):
+    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    code = (
+        f"import sys; sys.modules[{library!r}] = None; "
+        f"from softvox_view.explore.path_run import main; main({name!r}, 1, 10)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    (told,) = map(json.loads, done.stdout.splitlines())
+    assert name in told["error"]
+    assert library in told["error"]
+    assert told["error"].endswith(f"pip install 'softvox-gym[{extra}]'")
+
+
+def test_changes_of_the_published_landscape_are_none():
+    told = landscapes.changes(landscapes.published())
+    assert (told["stayed"], told["mean_difference"], told["diverged"]) == (100, 0.0, 0)
+    assert told["best"] == told["best_before"]
+    assert told["best"]["design"] == 6453
+
+
+def test_what_diverged_ranks_last_and_counts_in_no_mean():
+    before = landscapes.published()
+    fitness = before.fitness + 1
+    fitness[6453] = np.nan
+    told = landscapes.changes(landscapes.Values(before.dx, before.dy, fitness))
+    assert told["best_before"]["fitness"] is None
+    assert told["best_before"]["rank"] == 6561
+    assert told["diverged"] == 1
+    assert told["mean_difference"] == pytest.approx(1.0)
+    assert told["best"]["rank_before"] == 2
+
+
+def test_a_port_in_use_is_refused_naming_the_mend():
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(PortError, match=f"port {port} is in use; choose another, or --port 0"):
+            bind(port)

@@ -1,0 +1,101 @@
+import subprocess
+import sys
+
+import pytest
+
+from softvox_gym.cli.parser import Parser
+from softvox_gym.cli.terminal import BadInputError
+from softvox_view.cli import figures as command
+from softvox_view.figures import FIGURES, Made, style
+
+
+def softvox_figures(*arguments):
+    parser = Parser(prog="softvox")
+    command.add_parser(parser.add_subparsers())
+    args = parser.parse_args(["figures", *map(str, arguments)])
+    return args.run(args)
+
+
+def test_one_command_draws_what_is_named_in_every_format(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert softvox_figures("heatmap", "volume", "heatmap", "--out", out) == 0
+    assert sorted(path.name for path in out.iterdir()) == [
+        "heatmap.pdf",
+        "heatmap.png",
+        "volume.pdf",
+        "volume.png",
+    ]
+    assert capsys.readouterr().out == f"wrote 4 files into {out}: heatmap, volume\n"
+
+
+def test_all_figures_are_drawn_where_none_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(command, "make", lambda name, _: Made({}, tables={name: b"drawn"}))
+    assert softvox_figures("--out", tmp_path / "out") == 0
+    drawn = {path.name for path in (tmp_path / "out").iterdir()}
+    assert drawn == {name for name in FIGURES if name != "search"}
+
+
+def test_real_tracks_are_compared_on_the_terminal_and_in_a_table(tmp_path, capsys):
+    real = tmp_path / "real.csv"
+    real.write_text("design,trial,cycle,x_cm,y_cm\n6453,one,0,0,0\n6453,one,23,3,4\n")
+    out = tmp_path / "out"
+    assert softvox_figures("tracks", "--tracks", real, "--out", out, "--format", "png") == 0
+    assert sorted(path.name for path in out.iterdir()) == [
+        "tracks.png",
+        "tracks_compared.csv",
+        "tracks_simulated.csv",
+    ]
+    row = (out / "tracks_compared.csv").read_text().splitlines()[1].split(",")
+    assert row[:3] == ["6453", "one", "23"]
+    assert float(row[4]) == pytest.approx(53.1301)  # atan2(4, 3)
+    assert float(row[7]) == 5
+    assert "6453  one" in capsys.readouterr().out
+
+
+def test_earlier_figures_stay_unless_forced(tmp_path):
+    (tmp_path / "volume.png").write_text("mine")
+    arguments = ("volume", "--format", "png", "--out", tmp_path)
+    with pytest.raises(BadInputError, match=r"--out .* is not empty; .* --force"):
+        softvox_figures(*arguments)
+    assert (tmp_path / "volume.png").read_text() == "mine"
+    assert softvox_figures(*arguments, "--force") == 0
+    assert (tmp_path / "volume.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["heatmaps"], "no figure 'heatmaps'; there are gallery, tessellation, .*, search"),
+        (["--format", "svg"], "no format 'svg'; there are png, pdf$"),
+        (["--format", "png", "heatmap"], "no format 'heatmap'.*the figures go before --format"),
+        (["search"], "give --results DIR"),
+        (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
+        (["heatmap", "--results", "results"], "--results is for the figure search; name that"),
+        (["--tracks", "nothing.csv"], r"--tracks nothing\.csv: No such file"),
+        (["--results", "nothing"], "--results nothing is not a folder"),
+    ],
+)
+def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadInputError, match=message):
+        softvox_figures(*arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_malformed_file_of_tracks_is_named_with_its_line(tmp_path):
+    real = tmp_path / "real.csv"
+    real.write_text("design,trial,cycle,x_cm,y_cm\n9999,one,0,0,0\n")
+    with pytest.raises(BadInputError, match=r"--tracks .*real\.csv, line 2: design '9999'"):
+        softvox_figures("--tracks", real, "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_formats_are_those_that_can_be_written():
+    assert command.FORMATS == style.FORMATS
+
+
+def test_the_command_is_light_to_import():
+    code = "import sys, softvox_view.cli.figures; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert not loaded & {"matplotlib", "pandas", "scipy", "PIL"}

@@ -1,0 +1,250 @@
+import re
+from functools import cache
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.text import Text
+
+import softvox_gym
+from softvox_gym import Design
+from softvox_gym.analysis import symmetry_classes
+from softvox_view.comparison import compare
+from softvox_view.figures import FIGURES, Inputs, files_of, make, style
+from softvox_view.figures.classes import COLOURS, KINDS, class_numbers, kinds
+from softvox_view.figures.gallery import published
+from softvox_view.figures.heading import DIMMED, STILL, colour_of
+from softvox_view.figures.kinds import best_of_kinds
+from softvox_view.figures.robustness import retained
+from softvox_view.figures.tracks import CYCLES, PER_CYCLE, designs_of
+from softvox_view.figures.volume import relative_volume
+from softvox_view.tessellation import cell_of
+from softvox_view.tracks_csv import RealTrack, read_tracks
+
+OWN = [name for name in FIGURES if name != "search"]
+
+
+@cache
+def drawn(name):
+    """The figure and its files."""
+    made = make(name)
+    return made, files_of(made, style.FORMATS)
+
+
+def ticks_shown(axes):
+    """The tick labels that a reader sees: matplotlib also keeps those beyond the ends."""
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        slack = 1e-9 * (high - low)
+        for tick in axis.get_major_ticks():
+            if low - slack <= tick.get_loc() <= high + slack:
+                yield from (tick.label1, tick.label2)
+
+
+def texts_of(figure):
+    every = {id(text): text for text in figure.findobj(Text)}
+    for axes in figure.findobj(Axes):
+        for axis in (axes.xaxis, axes.yaxis):
+            for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+                every.pop(id(tick.label1), None)
+                every.pop(id(tick.label2), None)
+        if axes.axison:
+            every |= {id(text): text for text in ticks_shown(axes)}
+        else:
+            for text in (axes.xaxis.label, axes.yaxis.label):
+                every.pop(id(text), None)
+    return [text for text in every.values() if text.get_visible() and text.get_text().strip()]
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_no_label_lies_on_another_or_off_the_page(name):
+    made, _ = drawn(name)
+    for figure in made.figures.values():
+        with style.style():
+            figure.draw_without_rendering()
+            boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(figure)]
+        page = figure.bbox
+        assert len(boxes) >= 8
+        for text, box in boxes:
+            assert page.x0 - 1 <= box.x0 <= box.x1 <= page.x1 + 1, text
+            assert page.y0 - 1 <= box.y0 <= box.y1 <= page.y1 + 1, text
+        for i, (text, box) in enumerate(boxes):
+            for other, second in boxes[i + 1 :]:
+                across = min(box.x1, second.x1) - max(box.x0, second.x0)
+                up = min(box.y1, second.y1) - max(box.y0, second.y0)
+                assert min(across, up) <= 1, f"{text!r} lies on {other!r}"
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_files_have_neither_dates_nor_versions_and_their_text_is_text(name):
+    _, files = drawn(name)
+    png, pdf = files[f"{name}.png"], files[f"{name}.pdf"]
+    assert png.startswith(b"\x89PNG")
+    assert pdf.startswith(b"%PDF")
+    for content in (png, pdf):
+        assert not re.search(rb"[Mm]atplotlib|CreationDate|tEXt|tIME|Producer|Creator", content)
+    assert b"/CIDFontType2" in pdf  # a TrueType font, not outlines
+    assert b"/Type3" not in pdf
+
+
+@pytest.mark.parametrize("name", ["heatmap", "tracks"])
+def test_the_same_figure_has_the_same_bytes(name):
+    _, files = drawn(name)
+    assert files_of(make(name), style.FORMATS) == files
+
+
+def test_the_users_settings_stay_and_do_not_matter():
+    _, files = drawn("volume")
+    with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9}):
+        again = files_of(make("volume"), style.FORMATS)
+        assert matplotlib.rcParams["font.size"] == 20
+    assert again == files
+
+
+def lightness(colour):
+    linear = np.where(np.array(colour) <= 0.04045, np.array(colour) / 12.92, 0)
+    linear = np.where(linear > 0, linear, ((np.array(colour) + 0.055) / 1.055) ** 2.4)
+    return linear @ [0.2126, 0.7152, 0.0722]
+
+
+@pytest.mark.parametrize("colours", [colormaps[style.SEQUENTIAL], style.time_map()])
+def test_scales_grow_lighter_all_the_way(colours):
+    made = lightness(colours(np.linspace(0, 1, 64))[:, :3])
+    assert np.all(np.diff(made) > 0)
+    assert made[-1] - made[0] > 0.5
+
+
+def test_kinds_and_headings_stay_apart_without_colour():
+    made = lightness(np.array([matplotlib.colors.to_rgb(colour) for colour in COLOURS]))
+    assert np.diff(made).min() > 0.02
+    assert STILL == "white"
+    assert lightness(DIMMED * colormaps[style.CYCLIC](np.linspace(0, 1, 64))[:, :3]).max() < 0.6
+
+
+def test_the_gallery_shows_the_published_hundred_in_their_order():
+    assert len(published()) == 100
+    assert published()[0] == (Design(6453), "4.66")
+    fitness = softvox_gym.landscape()["fitness"]
+    assert [f"{fitness[design.index]:.2f}" for design, _ in published()] == [
+        text for _, text in published()
+    ]
+    made, _ = drawn("gallery")
+    shown = [text.get_text() for text in made.figures["gallery"].texts]
+    assert shown[:4] == ["4.66", "6453", "4.65", "4295"]
+    assert len(shown) == 200
+
+
+def test_the_heatmap_shows_every_designs_fitness_at_its_cell():
+    made, _ = drawn("heatmap")
+    (image,) = made.figures["heatmap"].axes[0].images
+    fitness = softvox_gym.landscape()["fitness"]
+    rows, columns = cell_of(np.arange(6561))
+    assert np.array_equal(np.asarray(image.get_array())[rows, columns], fitness)
+    assert image.origin == "lower"
+
+
+def test_every_design_has_the_kind_and_the_class_that_it_is_of():
+    table = softvox_gym.landscape()
+    names = np.array(KINDS)[kinds()]
+    assert names[0] == "no voxels"
+    for design, name in enumerate(names[1:], start=1):
+        one = Design(design)
+        body = "one piece" if one.is_connected else "in pieces"
+        assert name == body + ("" if one.n_active else ", none active")
+    assert class_numbers().max() == 1034
+    assert np.array_equal(np.unique(symmetry_classes())[class_numbers()], symmetry_classes())
+    assert len(table) == len(class_numbers())
+
+
+def test_headings_have_the_colours_of_the_wheel_and_little_travel_has_none():
+    dx, dy = np.array([0.1, 1.0, 9.0, -1.0, 0.0]), np.array([0.2, 0.0, 0.0, 0.0, -1.0])
+    colours = colour_of(dx, dy)
+    assert np.array_equal(colours[0], [1, 1, 1])
+    assert np.array_equal(colours[1], colours[2])
+    assert len(np.unique(colours, axis=0)) == 4
+
+
+def test_noise_leaves_the_share_that_its_mean_is():
+    share, mean = retained(), softvox_gym.noisy_landscape(1)["mean"]
+    fitness = softvox_gym.landscape()["fitness"]
+    assert share[6453] == mean[6453] / fitness[6453]
+    assert np.array_equal(np.isnan(share), fitness < 0.25)
+
+
+def test_the_nine_kinds_are_the_fittest_of_nine_different_bodies():
+    chosen = best_of_kinds()
+    fitness = softvox_gym.landscape()["fitness"]
+
+    def body(design):
+        return Design(design.digits.replace("2", "1")).canonical()
+
+    bodies = [body(design) for design in chosen]
+    assert len(set(bodies)) == len(chosen) == 9
+    worst = min(fitness[design.index] for design in chosen)
+    for number in np.flatnonzero(fitness > worst):
+        best = chosen[bodies.index(body(Design(int(number))))]
+        assert fitness[number] <= fitness[best.index]
+
+
+@pytest.mark.parametrize(
+    ("mode", "low"), [("hold", 1.0), ("clamp", 1.0), ("expand_and_contract", (1 - 0.2386) ** 3)]
+)
+def test_an_active_voxel_grows_by_ninety_per_cent(mode, low):
+    time, volume = relative_volume([Design("20000000")], mode)
+    # Frames are two steps apart, so that the turning points are missed by a little.
+    assert volume.max() == pytest.approx(1.9, abs=1e-4)
+    assert time[volume[0].argmax()] == pytest.approx(0.25, abs=2 / 552)
+    # Holding keeps the last edge above rest, of the step before half a cycle.
+    assert volume.min() == pytest.approx(low, abs=0.01)
+    assert time[0] == pytest.approx(0, abs=2 / 552)
+    assert time[-1] == pytest.approx(1, abs=2 / 552)
+
+
+def test_a_robots_volume_follows_its_share_of_active_voxels():
+    _, volume = relative_volume([Design("20000000"), Design(6453), Design("11111111")])
+    assert volume[1] - 1 == pytest.approx(0.8 * (volume[0] - 1), abs=1e-9)
+    assert volume[2] == pytest.approx(1, abs=1e-12)
+
+
+def test_simulated_tracks_are_a_file_of_tracks_that_has_no_error(tmp_path):
+    made, _ = drawn("tracks")
+    path = tmp_path / "again.csv"
+    path.write_bytes(made.tables["tracks_simulated.csv"])
+    tracks = read_tracks(path, most_cycles=CYCLES)
+    assert [track.design for track in tracks] == [design.index for design in best_of_kinds()]
+    again = make("tracks", Inputs(tracks=tracks))
+    rows = again.tables["tracks_compared.csv"].decode().splitlines()
+    errors = [row.split(",")[-2:] for row in rows[1:]]
+    assert len(errors) == 9
+    # The file has six decimals.
+    assert np.array(errors, dtype=float).max() < 2e-6
+
+
+def test_a_robot_turned_aside_is_found_out(tmp_path):
+    made, _ = drawn("tracks")
+    path = tmp_path / "real.csv"
+    path.write_bytes(made.tables["tracks_simulated.csv"])
+    track = read_tracks(path, most_cycles=CYCLES)[0]
+    turned = RealTrack(track.design, "turned", track.cycle, track.position @ [[0, 1], [-1, 0]])
+    row = compare(turned, track.position, PER_CYCLE)
+    assert row.angle == pytest.approx(90)
+    assert row.end_point_error == pytest.approx(np.sqrt(2) * row.distance_real)
+    shown = make("tracks", Inputs(tracks=(turned,)))
+    assert any("turned" in line and " 90.0 " in line for line in shown.lines)
+
+
+def test_real_tracks_of_other_designs_have_panels_of_their_own_up_to_a_limit():
+    def track(design):
+        return RealTrack(design, "1", np.array([0.0, 1.0]), np.zeros((2, 2)))
+
+    shown = designs_of([track(405), track(6453), track(405)])
+    assert shown == [*best_of_kinds(), Design(405)]
+    with pytest.raises(ValueError, match=r"19 designs besides the 9 .* leave some out"):
+        designs_of([track(design) for design in range(19)])
+
+
+def test_an_unknown_figure_is_refused_with_the_names_there_are():
+    with pytest.raises(ValueError, match="no figure 'heatmaps'; there are gallery, tessellation"):
+        make("heatmaps")

@@ -1,0 +1,273 @@
+"""The page of a replay in a browser: it draws what it is asked for, and asks for nothing."""
+
+import base64
+import io
+import time
+
+import numpy as np
+import pytest
+from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, opened, requests
+
+from softvox_gym import rendering, replay, simulate
+from softvox_gym.rendering import fitting_distance, render
+
+pytestmark = needs_chromium
+image = pytest.importorskip("PIL.Image")
+
+PLAYER = "const player = document.getElementById('robots').player; "
+
+
+@pytest.fixture(scope="module")
+def result():
+    return simulate([6453, 4295, 6489], frames=23)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, result):
+    made = tmp_path_factory.mktemp("pages")
+    for name, places in {"one": (0,), "three": (0, 1, 2)}.items():
+        data, still = replay.recording(result, *places), replay.still(result, *places)
+        (made / f"{name}.html").write_text(replay.page(data, still, autoplay=False), "utf-8")
+    (made / "empty.html").write_text("<!doctype html>", "utf-8")
+    (made / "notebook.html").write_text(f"<!doctype html>{result._repr_html_()}", "utf-8")
+    return made
+
+
+@pytest.fixture(scope="module")
+def driver():
+    with chromium(*WEBGL) as driver:
+        yield driver
+
+
+@pytest.fixture
+def page(driver, folder):
+    opened(driver, folder / "one.html")
+    return driver
+
+
+def asked(driver, code):
+    return driver.execute_script(PLAYER + code)
+
+
+def picture(driver):
+    """Return what the player shows as an array."""
+    url = asked(driver, "return player.picture()")
+    content = base64.b64decode(url.removeprefix("data:image/png;base64,"))
+    return np.asarray(image.open(io.BytesIO(content)).convert("RGB")).astype(int)
+
+
+def coloured(picture):
+    """Return where a picture is red and where it is cyan."""
+    red, _, blue = np.moveaxis(picture, -1, 0)
+    return np.stack([red - blue > 60, blue - red > 60])
+
+
+def scrub(driver, frame):
+    """Move the slider to a frame, as a hand does."""
+    asked(
+        driver,
+        "const slider = document.querySelector('input.frame');"
+        f"slider.value = {frame}; slider.dispatchEvent(new Event('input'))",
+    )
+
+
+def test_the_page_loads_without_an_error_and_without_a_request(page, folder):
+    assert asked(page, "return player.supported")
+    assert picture(page).std() > 10
+    assert errors(page) == []
+    assert requests(page) == [(folder / "one.html").as_uri()]
+
+
+def test_the_player_defines_no_global(page, folder):
+    names = "return Object.getOwnPropertyNames(window)"
+    on_page = set(page.execute_script(names))
+    page.get((folder / "empty.html").as_uri())
+    assert on_page - set(page.execute_script(names)) == set()
+
+
+def test_scrubbing_changes_what_is_seen(page):
+    scrub(page, 20)
+    before = picture(page)
+    scrub(page, 300)
+    after = picture(page)
+    assert np.count_nonzero(coloured(before) != coloured(after)) > 1000
+    assert page.find_element("css selector", "output").text == f"{300 * 23 * 4.5297e-4:.2f} s"
+
+
+@pytest.mark.parametrize("frame", [0, 101, 250, 383])
+def test_the_frame_shown_is_the_frame_asked_for(page, result, frame):
+    asked(page, f"player.seek({frame})")
+    assert asked(page, "return player.frame") == frame
+    seen = coloured(picture(page))
+    _, height, width = seen.shape
+    distance = fitting_distance(replay.pose(result, 0, 0))
+
+    def overlap(other):
+        """Return the share of the coloured pixels in which the still picture is the same."""
+        drawn = render(replay.pose(result, 0, other), width=width, height=height, distance=distance)
+        expected = coloured(drawn.astype(int))
+        return np.count_nonzero(expected & seen) / np.count_nonzero(expected | seen)
+
+    # The two renderers differ in the pixels of the edges, a line or two per hundred.
+    assert overlap(frame) > 0.97
+    others = [other for other in (frame - 6, frame + 6) if 12 <= other < 384 and frame > 0]
+    assert all(overlap(other) < overlap(frame) for other in others)
+
+
+def test_a_frame_beyond_the_recording_is_its_nearest_end(page):
+    assert asked(page, "player.seek(1e9); return player.frame") == 383
+    assert asked(page, "player.seek(-5); return player.frame") == 0
+
+
+def test_each_frame_is_announced_with_its_time_and_cycle(page):
+    detail = asked(
+        page,
+        "const seen = []; const element = document.getElementById('robots');"
+        "element.addEventListener('frame', (event) => seen.push(event.detail));"
+        "player.seek(120); return seen",
+    )
+    assert len(detail) == 1
+    assert detail[0]["frame"] == 120
+    assert detail[0]["time"] == pytest.approx(120 * 23 * 4.5297e-4, rel=1e-4)
+    assert detail[0]["cycle"] == pytest.approx((detail[0]["time"] - 0.25) * 4, rel=1e-4)
+
+
+def test_playing_goes_on_and_pausing_stops(page):
+    asked(page, "player.seek(0); player.play()")
+    until = time.monotonic() + 10
+    while asked(page, "return player.frame") < 5 and time.monotonic() < until:
+        time.sleep(0.05)
+    stopped = asked(page, "player.pause(); return player.frame")
+    assert stopped >= 5
+    time.sleep(0.3)
+    assert asked(page, "return [player.frame, player.playing]") == [stopped, False]
+
+
+def test_keys_orbit_zoom_step_and_follow(page):
+    from selenium.webdriver.common.keys import Keys
+
+    canvas = page.find_element("css selector", "canvas")
+    asked(page, "player.seek(100)")
+    canvas.send_keys(Keys.ARROW_LEFT, Keys.ARROW_UP, "+", ".", "f")
+    view = asked(page, "return player.view")
+    assert view == {"azimuth": -67, "elevation": 32, "zoom": pytest.approx(1.1), "follow": False}
+    assert asked(page, "return player.frame") == 101
+    before = picture(page)
+    canvas.send_keys(Keys.HOME)
+    assert asked(page, "return player.view.azimuth") == -62
+    assert np.count_nonzero(picture(page) != before) > 1000
+
+
+def test_dragging_orbits_and_the_wheel_zooms(page):
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+
+    canvas = page.find_element("css selector", "canvas")
+    ActionChains(page).drag_and_drop_by_offset(canvas, 100, 50).perform()
+    view = asked(page, "return player.view")
+    assert view["azimuth"] == pytest.approx(-62 - 40)
+    assert view["elevation"] == pytest.approx(27 + 20)
+    ActionChains(page).scroll_from_origin(ScrollOrigin.from_element(canvas), 0, -120).perform()
+    assert asked(page, "return player.view.zoom") > 1.2
+
+
+def test_two_fingers_zoom(page):
+    def touch(kind, *points):
+        page.execute_cdp_cmd(
+            "Input.dispatchTouchEvent",
+            {"type": kind, "touchPoints": [{"x": x, "y": 200, "id": i} for i, x in points]},
+        )
+
+    touch("touchStart", (0, 300), (1, 400))
+    touch("touchMove", (0, 250), (1, 450))
+    touch("touchEnd")
+    assert asked(page, "return player.view.zoom") == pytest.approx(2.0)
+    assert asked(page, "return player.view.azimuth") == -62
+
+
+def test_designs_stand_side_by_side_with_their_fitness(driver, folder):
+    opened(driver, folder / "three.html")
+    labels = driver.find_elements("css selector", ".softvox-labels div")
+    assert [label.text.split(" in ")[0] for label in labels] == [
+        "6453 · 00021222 · 4.66",
+        "4295 · 20002221 · 4.65",
+        "6489 · 00102222 · 3.49",
+    ]
+    lefts = [label.rect["x"] for label in labels]
+    assert lefts == sorted(set(lefts))
+    red = coloured(picture(driver))[0]
+    assert all(panel.any() for panel in np.array_split(red, 3, axis=1))
+    assert errors(driver) == []
+
+
+def test_a_destroyed_player_leaves_the_element_as_it_was(page):
+    asked(page, "player.destroy()")
+    element = page.find_element("id", "robots")
+    assert element.find_elements("css selector", "canvas") == []
+    assert element.find_element("css selector", "img").is_displayed()
+    assert errors(page) == []
+
+
+def test_the_picture_comes_back_after_the_graphics_card_was_lost(page):
+    asked(page, "player.seek(100)")
+    before = picture(page)
+    page.execute_async_script(
+        "const done = arguments[0], canvas = document.querySelector('canvas');"
+        "const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
+        "const restore = () => setTimeout(() => card.restoreContext());"
+        "canvas.addEventListener('webglcontextlost', restore);"
+        "canvas.addEventListener('webglcontextrestored', () => setTimeout(done));"
+        "card.loseContext()"
+    )
+    np.testing.assert_array_equal(picture(page), before)
+    assert errors(page) == []
+
+
+def test_what_no_robot_stands_in_is_the_pages_background(driver, folder):
+    size = driver.get_window_size()
+    try:
+        driver.set_window_size(520, 800)  # two columns
+        opened(driver, folder / "three.html")
+        seen = picture(driver)
+        height, width, _ = seen.shape
+        empty = seen[height // 2 + 5 :, width // 2 + 5 :]
+        assert (empty == np.rint(np.array(rendering.BACKGROUND) * 255)).all()
+    finally:
+        driver.set_window_size(size["width"], size["height"])
+
+
+def test_without_follow_the_robot_leaves_its_place(page):
+    def middle(frame):
+        asked(page, f"player.seek({frame})")
+        return np.argwhere(coloured(picture(page)).any(axis=0)).mean(axis=0)
+
+    moved = {}
+    for follow in ("true", "false"):
+        asked(page, f"player.view = {{ follow: {follow} }}")
+        moved[follow] = np.abs(middle(380) - middle(30)).max()
+    assert moved["true"] < 40 < 100 < moved["false"]
+
+
+def test_a_recording_of_another_kind_is_refused(page):
+    refused = asked(page, "try { player.load({}) } catch (error) { return error.message }")
+    assert refused == "not a recording that this player knows: softvox-replay, version 1"
+
+
+def test_a_notebook_shows_the_players_of_a_result_with_frames(driver, folder):
+    opened(driver, folder / "notebook.html")
+    driver.switch_to.frame(driver.find_element("css selector", "iframe"))
+    assert asked(driver, "return player.supported && player.frames") == 384
+    driver.switch_to.default_content()
+    assert errors(driver) == []
+
+
+def test_without_webgl_there_is_a_message_and_the_still_picture(folder):
+    with chromium(*NO_WEBGL) as driver:
+        opened(driver, folder / "three.html")
+        assert not asked(driver, "return player.supported")
+        message = driver.find_element("css selector", ".softvox-message")
+        assert "no WebGL 2" in message.text
+        still = driver.find_element("css selector", "img")
+        assert still.is_displayed()
+        assert driver.execute_script("return arguments[0].naturalWidth", still) == 900
+        assert errors(driver) == []

@@ -1,0 +1,211 @@
+"""softvox replay: what it writes, and what it refuses."""
+
+import io
+import json
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from films import read_film
+
+import softvox_gym.cli
+from softvox_gym import Physics, simulate
+from softvox_view import encode
+from softvox_view.cli import replay
+
+image = pytest.importorskip("PIL.Image")
+
+
+@pytest.fixture
+def softvox(monkeypatch, capsys, tmp_path):
+    """Return what runs the command in a folder of its own: (status, output, error)."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(softvox_gym.cli, "COMMANDS", (replay,))
+    monkeypatch.setattr(softvox_gym.cli, "_further_commands", lambda: iter(()))
+
+    def run(*arguments):
+        status = softvox_gym.cli.main(["replay", *arguments])
+        said = capsys.readouterr()
+        return status, said.out, said.err
+
+    return run
+
+
+def recorded(path):
+    held = re.search(r'id="recording">(.*?)</script>', path.read_text("utf-8"))
+    return json.loads(held[1])
+
+
+def test_the_default_is_a_page_named_after_the_design(softvox, tmp_path):
+    status, out, err = softvox("6453")
+    assert (status, err) == (0, "")
+    path = tmp_path / "replay-6453.html"
+    assert path.stat().st_size < 200_000
+    assert re.fullmatch(
+        r"wrote replay-6453\.html: \d+ kB, 6453 · 00021222 · 4\.66 in 15 cycles\n", out
+    )
+    data = recorded(path)
+    assert data["robots"][0]["fitness"] == simulate(6453).fitness[0]
+    assert 1 / data["seconds_per_frame"] == pytest.approx(24 * 4, rel=0.01)
+
+
+def test_several_designs_stand_in_one_page(softvox, tmp_path):
+    assert softvox("6453", "20002221", "6489")[0] == 0
+    path = tmp_path / "replay-6453-4295-6489.html"
+    assert [robot["design"] for robot in recorded(path)["robots"]] == [6453, 4295, 6489]
+    assert path.stat().st_size < 500_000
+
+
+def test_sixteen_whole_designs_still_fit_well_under_a_megabyte(softvox, tmp_path):
+    assert softvox(*["6560"] * 16, "--out", "all.html")[0] == 0
+    assert (tmp_path / "all.html").stat().st_size < 800_000
+
+
+def test_options_change_the_physics_and_the_cycles(softvox, tmp_path):
+    options = ("--friction-static", "0.7", "--friction-kinetic", "0.4", "--cycles", "3")
+    assert softvox("6453", "--out", "a.html", "--fps", "50", *options)[0] == 0
+    data = recorded(tmp_path / "a.html")
+    assert data["physics"]["friction_static"] == 0.7
+    assert 1 / data["seconds_per_frame"] == pytest.approx(50, rel=0.02)
+    assert data["cycles"] == pytest.approx(3, abs=0.1)
+    assert "in 3 cycles" in data["robots"][0]["label"]
+
+
+def test_cycles_follow_a_settling_of_any_length(softvox, tmp_path):
+    assert softvox("6453", "--out", "a.html", "--cycles", "1", "--settle-time", "5")[0] == 0
+    assert recorded(tmp_path / "a.html")["physics"]["duration"] == pytest.approx(5.25)
+
+
+def test_a_gif_repeats_and_lasts_as_long_as_the_run_at_its_speed(softvox, tmp_path):
+    assert softvox("6453", "--out", "a.gif", "--cycles", "2", "--width", "160")[0] == 0
+    film = image.open(io.BytesIO((tmp_path / "a.gif").read_bytes()))
+    assert film.size == (160, 120)
+    assert film.info["loop"] == 0
+    assert film.info["duration"] == 40
+    # Two cycles are half a second, a whole one at half speed: 25 pictures and the first.
+    assert film.n_frames in (25, 26)
+    pictures = []
+    for k in range(film.n_frames):
+        film.seek(k)
+        pictures.append(np.asarray(film.convert("RGB")).astype(int))
+    changes = [np.abs(b - a).max() for a, b in pairwise(pictures)]
+    assert min(changes) > 20
+
+
+def test_a_gif_rounds_its_rate_to_what_a_gif_can_have(softvox, tmp_path):
+    options = ("--cycles", "1", "--width", "120", "--fps", "30", "--speed", "1")
+    assert softvox("6453", "--out", "a.gif", *options)[0] == 0
+    film = image.open(io.BytesIO((tmp_path / "a.gif").read_bytes()))
+    assert film.info["duration"] == 30
+    assert film.n_frames * 0.03 == pytest.approx(0.25, abs=0.03)
+
+
+def test_an_mp4_has_the_size_rate_and_pictures_asked_for(softvox, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    options = ("--cycles", "2", "--width", "161", "--fps", "30", "--speed", "1")
+    assert softvox("6453", "6489", "--out", "a.mp4", *options)[0] == 0
+    film = read_film(tmp_path / "a.mp4")
+    assert (film.codec, film.fps) == ("h264", 30)
+    assert film.pictures.shape[1:] == (120, 320, 3)
+    assert len(film.pictures) in (15, 16)
+
+
+@pytest.mark.parametrize("kind", ["html", "gif", "mp4", "png"])
+def test_the_same_command_gives_the_same_bytes(softvox, tmp_path, kind):
+    if kind == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    for name in ("a", "b"):
+        options = () if kind == "html" else ("--width", "120")
+        assert softvox("6453", "--out", f"{name}.{kind}", "--cycles", "1", *options)[0] == 0
+    assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+
+
+def test_a_png_shows_the_robots_at_the_end(softvox, tmp_path):
+    assert softvox("6453", "6489", "--out", "a.png", "--width", "200")[0] == 0
+    picture = np.asarray(image.open(io.BytesIO((tmp_path / "a.png").read_bytes())))
+    assert picture.shape == (150, 400, 3)
+    result = simulate([6453, 6489], Physics.published(), frames=8829)
+    assert result.frames.step[-1] == 8829
+    still = softvox_gym.replay.still(result, panel=(200, 150))
+    assert not np.array_equal(picture[:25], still[:25])  # the captions
+    np.testing.assert_array_equal(picture[25:], still[25:])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("9999",), "design '9999' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2"),
+        (("6453", "0002122x"), "design '0002122x' is neither"),
+        (("6453", "--out", "a.avi"), "--out must end in .html, .gif, .mp4, .png, which says"),
+        (("6453", "--out", "none/a.html"), "--out none is not a folder; make it first"),
+        (("6453", "--out", "."), "--out must end in"),
+        (("6453", "--cycles", "0"), "--cycles must be a positive number, got 0"),
+        (("6453", "--cycles", "nan"), "--cycles must be a positive number, got nan"),
+        (("6453", "--cycles", "2", "--duration", "1"), "--cycles and --duration both say"),
+        (("6453", "--fps", "0"), "--fps must be from 0.01 to 1000, got 0"),
+        (("6453", "--speed", "nan"), "--speed must be from 0.01 to 1000, got nan"),
+        (("6453", "--out", "a.png", "--fps", "9"), "--fps is for films and pages"),
+        (("6453", "--width", "300"), "--width is for films and .png"),
+        (("6453", "--out", "a.png", "--width", "9"), "--width must be from 120 to 1920, got 9"),
+        (("6453", "--cycles", "4000"), "give fewer designs, less time (--cycles) or a lower --fps"),
+        (("6453", "--out", "a.mp4", "--cycles", "4000"), "and at most 6000 are made"),
+        (("1", "2", "--out", "a.gif", "--width", "1920"), "the .gif would need 0.97 GiB of memory"),
+        (tuple(["6453"] * 17), "17 designs were given, and at most 16 are shown side by side"),
+        (("6453", "--friction-static", "-1"), "--friction-static must be finite and not negative"),
+    ],
+)
+def test_bad_input_gets_one_line_and_leaves_nothing(softvox, tmp_path, arguments, said):
+    status, out, err = softvox(*arguments)
+    assert (status, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_replaced_only_with_force(softvox, tmp_path):
+    path = tmp_path / "a.html"
+    path.write_text("mine")
+    status, _, err = softvox("6453", "--out", "a.html")
+    assert status == 2
+    assert "a.html exists; choose another, or replace it with --force" in err
+    assert path.read_text() == "mine"
+    assert softvox("6453", "--out", "a.html", "--force")[0] == 0
+    assert recorded(path)["robots"][0]["design"] == 6453
+
+
+def test_a_missing_library_is_named_with_its_mend(softvox, monkeypatch):
+    monkeypatch.setattr(replay, "find_spec", lambda name: None)
+    status, _, err = softvox("6453", "--out", "a.mp4")
+    assert status == 2
+    assert "needs Pillow and imageio-ffmpeg: pip install 'softvox-gym[view]'" in err
+
+
+def test_an_encoder_that_fails_is_told_in_one_line(softvox, monkeypatch, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "none"))
+    status, _, err = softvox("6453", "--out", "a.mp4", "--cycles", "1")
+    assert status == 2
+    assert "the film can't be encoded" in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_encoding_reports_every_picture(kind):
+    if kind == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    told = []
+    content = getattr(encode, kind)(
+        lambda k: np.full((16, 16, 3), 20 * k, np.uint8),
+        5,
+        fps=10,
+        progress=lambda done, total: told.append((done, total)),
+    )
+    assert told == [(k, 5) for k in range(1, 6)]
+    assert content
+
+
+@pytest.mark.parametrize(("wish", "got"), [(25, 25), (30, 100 / 3), (50, 50), (60, 50), (1, 1)])
+def test_a_gif_counts_in_hundredths_of_a_second(wish, got):
+    assert encode.gif_fps(wish) == pytest.approx(got)

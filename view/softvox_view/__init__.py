@@ -1,0 +1,1 @@
+"""Pictures: the paper's figures, replays, and a landscape one can explore."""

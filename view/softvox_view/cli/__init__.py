@@ -1,0 +1,1 @@
+"""The commands that show things; `softvox` finds them by their entry points."""

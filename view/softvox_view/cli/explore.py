@@ -1,0 +1,100 @@
+"""softvox explore: the landscape as a living map, in a browser."""
+
+from __future__ import annotations
+
+import re
+import signal
+import threading
+import webbrowser
+from argparse import ArgumentTypeError, Namespace
+from typing import Any
+
+from softvox_gym.cli.parser import add_threads
+from softvox_gym.cli.signals import Stopped
+from softvox_gym.cli.terminal import BadInputError
+
+PORT = 8653
+
+DESCRIPTION = """\
+Show the landscape as a map in a browser: hover over a cell and see the robot,
+click and it is simulated and replayed in 3-D; sliders change the physics, and
+all 6561 designs are simulated anew. Serves this machine alone, without any
+network, until Ctrl-C.
+
+The page's address keeps what is seen: what follows its # is what --state takes.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "explore",
+        help="the landscape as a living map, in a browser",
+        description=DESCRIPTION,
+    )
+    parser.add_argument(
+        "--port",
+        type=_port,
+        default=PORT,
+        metavar="N",
+        help="to serve at; 0 for any that is free (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--state",
+        type=_state,
+        default="",
+        metavar="STATE",
+        help="to begin with, as 'design=6453&gravity=-1.62'",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="open none; only print the address"
+    )
+    add_threads(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def _port(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,5}", text) or int(text) > 65535:
+        raise ArgumentTypeError(f"must be a whole number from 0 to 65535, got {text!r}")
+    return int(text)
+
+
+def _state(text: str) -> str:
+    state = text.partition("#")[2] if "#" in text else text
+    if not re.fullmatch(r"[A-Za-z0-9_.=&%+,:-]*", state):
+        raise ArgumentTypeError(
+            f"must be what follows the # of the page's address, as design=6453, got {text!r}"
+        )
+    return state
+
+
+def run(args: Namespace) -> int:
+    """Serve until Ctrl-C, which is how this is meant to end: 0."""
+    try:
+        from softvox_view.explore.app import Explorer
+        from softvox_view.explore.server import PortError, Server, bind
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "anyio", "h11"):
+            raise
+        raise BadInputError(
+            f"explore needs {error.name}: pip install 'softvox-gym[explore]'"
+        ) from error
+
+    def tell(address: str) -> None:
+        address += f"#{args.state}" if args.state else ""
+        print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
+        if not args.no_browser:
+            # Some browsers keep their caller waiting, and the server must answer meanwhile.
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+    try:
+        sock = bind(args.port)
+    except PortError as error:
+        raise BadInputError(f"--port: {error}") from error
+    server = Server(sock, Explorer(threads=args.threads), when_ready=tell)
+    try:
+        server.serve_until_stopped()
+    except Stopped as stop:
+        if stop.number != signal.SIGINT:
+            raise
+    return 0

@@ -1,0 +1,162 @@
+"""softvox figures: the paper's figures from this package's own data."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.files import check_folder, write_folder
+from softvox_gym.progress import Progress
+from softvox_view.figures import FIGURES, Inputs, files_of, make
+
+if TYPE_CHECKING:
+    from softvox_view.tracks_csv import RealTrack
+
+#: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
+FORMATS = ("png", "pdf")
+
+OUT = Path("figures")
+
+_NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
+
+DESCRIPTION = f"""\
+Draw the figures of the paper, and some that it lacks, into a folder:
+{_NAMES}
+All of them where none is named; search only where --results is given.
+
+--tracks lays real robots' tracks over the simulated ones and compares them:
+angle between the displacements, end-point error, RMS. The file is CSV with
+  design,trial,cycle,x_cm,y_cm
+  6453,1,0,0.0,0.0
+  6453,1,0.5,-0.1,-0.2
+one line per moment, cycle counting from 0 in every trial. tracks_simulated.csv,
+which the figure tracks writes, is such a file.
+
+The same data give the same bytes.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "figures",
+        help="draw the paper's figures from our own data",
+        description=DESCRIPTION,
+        usage="softvox figures [NAME ...] [--out DIR] [--format FORMAT ...] [options]",
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="figures (default: all)")
+    parser.add_argument(
+        "--out", type=Path, default=OUT, metavar="DIR", help=f"folder (default: {OUT})"
+    )
+    parser.add_argument(
+        "--format",
+        nargs="+",
+        default=list(FORMATS),
+        metavar="FORMAT",
+        help=f"of {', '.join(FORMATS)} (default: all)",
+    )
+    parser.add_argument(
+        "--tracks", type=Path, metavar="FILE.csv", help="tracks of real robots, for tracks"
+    )
+    parser.add_argument(
+        "--results",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="a folder of softvox compare, for search; may be given several times",
+    )
+    parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Check everything, draw, write all files at once, then tell."""
+    formats = _known("format", args.format, FORMATS)
+    names = _names(args)
+    with _libraries():
+        inputs = _inputs(args)
+        with bad_input("--out"):
+            check_folder(args.out, _expected(names, formats), force=args.force)
+        files: dict[str, bytes] = {}
+        lines: list[str] = []
+        with Progress(sys.stderr, quiet=args.quiet, unit="figures") as progress:
+            for done, name in enumerate(names):
+                progress(done, len(names))
+                with bad_input():
+                    made = make(name, inputs)
+                files |= files_of(made, formats)
+                lines += made.lines
+    with bad_input("--out"):
+        write_folder(args.out, files, force=args.force)
+    print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
+    return 0
+
+
+def _known(what: str, given: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return what was asked for, each once."""
+    for name in given:
+        if name not in known:
+            hint = f"; the figures go before --{what}" if what == "format" else ""
+            hint = hint if name in FIGURES else ""
+            raise BadInputError(f"no {what} {name!r}; there are {', '.join(known)}{hint}")
+    return list(dict.fromkeys(given))
+
+
+def _names(args: Namespace) -> list[str]:
+    """Return the figures to draw, and make sure that each is given what it is made of."""
+    names = _known("figure", args.names, list(FIGURES))
+    if not names:
+        names = [name for name in FIGURES if name != "search" or args.results]
+    if "search" in names and not args.results:
+        raise BadInputError(
+            "the figure search is made from results; give --results DIR, a folder that "
+            "softvox compare has written"
+        )
+    for option, given, name in (
+        ("--results", args.results, "search"),
+        ("--tracks", args.tracks, "tracks"),
+    ):
+        if given and name not in names:
+            raise BadInputError(f"{option} is for the figure {name}; name that as well")
+    return names
+
+
+def _expected(names: Sequence[str], formats: Sequence[str]) -> list[str]:
+    """Return the files that are known before the figures are drawn."""
+    return [f"{name}.{form}" for name in names for form in formats]
+
+
+def _inputs(args: Namespace) -> Inputs:
+    from softvox_view.figures import tracks
+    from softvox_view.tracks_csv import read_tracks
+
+    real: tuple[RealTrack, ...] = ()
+    if args.tracks is not None:
+        with bad_input("--tracks"):
+            real = read_tracks(args.tracks, most_cycles=tracks.CYCLES)
+            tracks.designs_of(real)
+    if args.results:
+        from softvox_view.figures import search
+
+        with bad_input("--results"):
+            search.read_all(args.results)
+    return Inputs(tracks=real, results=tuple(args.results))
+
+
+@contextmanager
+def _libraries() -> Iterator[None]:
+    """Say which extra has a library that is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        extra = "plot" if (error.name or "").startswith("matplotlib") else "search"
+        raise BadInputError(
+            f"figures needs {error.name}: pip install 'softvox-gym[{extra}]'"
+        ) from error

@@ -1,0 +1,143 @@
+"""How far real robots went another way than simulated ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_view.tracks_csv import RealTrack
+
+#: cm; what moved less has no heading.
+LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A real track held against the simulated one, over the cycles of the real one.
+
+    Parameters
+    ----------
+    design : int
+    trial : str
+    cycles : float
+        Where the real track ends; displacements are taken there.
+    heading_simulated, heading_real : float
+        Degrees from +x towards +y, above -180 and up to 180; NaN for a robot that stood still.
+    angle : float
+        Between the two displacements, degrees, 0 to 180; NaN where either stood still.
+    distance_simulated, distance_real : float
+        cm, of the displacements.
+    end_point_error : float
+        cm, between the two ends.
+    rms_error : float
+        cm, root of the mean squared distance between the two over time; both tracks are taken to be
+        straight between their points.
+    """
+
+    design: int
+    trial: str
+    cycles: float
+    heading_simulated: float
+    heading_real: float
+    angle: float
+    distance_simulated: float
+    distance_real: float
+    end_point_error: float
+    rms_error: float
+
+
+def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> Compared:
+    """Hold a real track against the simulated one of the same design.
+
+    Parameters
+    ----------
+    real : RealTrack
+    simulated : ndarray, shape (m, 2)
+        x, y in cm from the start, `per_cycle` samples in each cycle; at least as long.
+    per_cycle : int
+    """
+    own = np.arange(len(simulated)) / per_cycle
+    end = float(real.cycle[-1])
+    times = np.union1d(own[own <= end], real.cycle)
+    ours, theirs = _at(times, own, simulated), _at(times, real.cycle, real.position)
+    apart = theirs - ours
+    there, here = theirs[-1], ours[-1]
+    return Compared(
+        design=real.design,
+        trial=real.trial,
+        cycles=end,
+        heading_simulated=heading(here),
+        heading_real=heading(there),
+        angle=angle_between(here, there),
+        distance_simulated=float(np.hypot(*here)),
+        distance_real=float(np.hypot(*there)),
+        end_point_error=float(np.hypot(*apart[-1])),
+        rms_error=_root_mean_square(times, apart),
+    )
+
+
+def heading(displacement: NDArray[np.float64]) -> float:
+    """Return where a displacement points, degrees from +x towards +y; NaN for none."""
+    x, y = displacement
+    return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > LEAST else math.nan
+
+
+def angle_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Return the angle between two displacements, degrees, 0 to 180; NaN where one is none."""
+    if min(np.hypot(*a), np.hypot(*b)) <= LEAST:
+        return math.nan
+    across, along = a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]
+    return math.degrees(abs(math.atan2(across, along)))
+
+
+def _at(
+    times: NDArray[np.float64], own: NDArray[np.float64], position: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.stack([np.interp(times, own, position[:, axis]) for axis in range(2)], axis=1)
+
+
+def _root_mean_square(times: NDArray[np.float64], apart: NDArray[np.float64]) -> float:
+    """Return the root of the time's mean of the squared length, linear between the times."""
+    a, b = apart[:-1], apart[1:]
+    squares = ((a * a + a * b + b * b) / 3).sum(axis=1)  # exact where both are straight
+    return float(np.sqrt(np.sum(squares * np.diff(times)) / (times[-1] - times[0])))
+
+
+def as_csv(rows: Iterable[Compared]) -> bytes:
+    """Return the comparisons as CSV, numbers to six figures, nothing for NaN."""
+    lines = [",".join(field.name for field in fields(Compared))]
+    for row in rows:
+        lines.append(",".join(_cell(value) for value in asdict(row).values()))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    text = str(value)
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\r\n') else text
+
+
+def as_lines(rows: Iterable[Compared]) -> list[str]:
+    """Return the comparisons for people."""
+    lines = [
+        f"{'design':>6}  {'trial':12}  {'cycles':>6}  {'heading':>8}  {'real':>6}  {'angle':>6}  "
+        f"{'distance':>8}  {'real':>6}  {'end error':>9}  {'RMS error':>9}"
+    ]
+    for row in rows:
+        lines.append(
+            f"{row.design:6}  {_short(row.trial):12}  {row.cycles:6.4g}  "
+            f"{row.heading_simulated:8.1f}  {row.heading_real:6.1f}  {row.angle:6.1f}  "
+            f"{row.distance_simulated:8.2f}  {row.distance_real:6.2f}  "
+            f"{row.end_point_error:9.2f}  {row.rms_error:9.2f}"
+        )
+    return [*lines, "headings and angles in degrees, the rest in cm"]
+
+
+def _short(text: str, width: int = 12) -> str:
+    shown = "".join(c if c.isprintable() else "?" for c in text)
+    return shown if len(shown) <= width else shown[: width - 1] + "\N{HORIZONTAL ELLIPSIS}"

@@ -1,0 +1,174 @@
+"""Films and pictures with captions: GIF and PNG by Pillow, MP4 by the ffmpeg of imageio-ffmpeg."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.replay.still import columns
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+Picture = NDArray[np.uint8]
+Progress = Callable[[int, int], None]
+
+CAPTION_SIZE = 0.05  # of a panel's height
+CAPTION_INK = (26, 31, 41)
+COLOURS = 256
+SAMPLES = 6  # pictures that the colours of a GIF are taken from
+LOOP_FOREVER = 0
+CENTISECOND = 100  # per second: what a GIF counts in
+FASTEST_GIF = 50  # pictures per second; browsers slow faster ones down to 10
+CRF = "20"  # quality of an MP4: lower is better and larger, 18 looks lossless
+
+
+def captioned(picture: Picture, captions: Sequence[str], panel: tuple[int, int]) -> Picture:
+    """Write a caption into the upper left corner of every panel.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (height, width, 3)
+        Panels in rows, as `softvox_gym.replay.still` draws them.
+    captions : sequence of str
+        One per panel.
+    panel : (int, int)
+        Width and height of a panel, pixels.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    image = Image.fromarray(picture)
+    draw = ImageDraw.Draw(image)
+    width, height = panel
+    size = round(CAPTION_SIZE * height)
+    font = ImageFont.load_default(size)
+    across = columns(len(captions))
+    for k, caption in enumerate(captions):
+        corner = (k % across * width + size, k // across * height + size * 0.7)
+        draw.text(corner, caption, fill=CAPTION_INK, font=font)
+    return np.asarray(image)
+
+
+def png(picture: Picture) -> bytes:
+    """Return a picture as the bytes of a PNG file."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, format="PNG", optimize=True)
+    return file.getvalue()
+
+
+def gif_fps(fps: float) -> float:
+    """Return the pictures per second nearest to a wish that a GIF can have.
+
+    It counts the time of a picture in whole hundredths of a second, and below two of them browsers
+    play it slowly.
+    """
+    return CENTISECOND / max(round(CENTISECOND / fps), CENTISECOND // FASTEST_GIF)
+
+
+def gif(
+    draw: Callable[[int], Picture], count: int, *, fps: float, progress: Progress | None = None
+) -> bytes:
+    """Return a film as the bytes of a GIF that repeats for ever.
+
+    Parameters
+    ----------
+    draw : callable (k) -> ndarray of uint8, shape (height, width, 3)
+        Draws the k-th picture.
+    count : int
+        How many there are.
+    fps : float
+        Pictures per second, rounded as `gif_fps` does.
+    progress : callable (done, total), optional
+        Called after every picture.
+    """
+    palette = _palette([draw(k) for k in sorted({i * (count - 1) // SAMPLES for i in range(7)})])
+    pictures = (_in_colours(picture, palette) for picture in _drawn(draw, count, progress))
+    file = io.BytesIO()
+    next(pictures).save(
+        file,
+        format="GIF",
+        save_all=True,
+        append_images=pictures,
+        duration=round(1000 / gif_fps(fps)),
+        loop=LOOP_FOREVER,
+        optimize=False,  # the palette is one for all, and stays as it is
+        disposal=1,
+    )
+    return file.getvalue()
+
+
+def mp4(
+    draw: Callable[[int], Picture], count: int, *, fps: float, progress: Progress | None = None
+) -> bytes:
+    """Return a film as the bytes of an MP4 (H.264, which every browser plays).
+
+    Parameters
+    ----------
+    draw : callable (k) -> ndarray of uint8, shape (height, width, 3)
+        Draws the k-th picture; width and height must be even.
+    count : int
+        How many there are.
+    fps : float
+        Pictures per second.
+    progress : callable (done, total), optional
+        Called after every picture.
+
+    Raises
+    ------
+    OSError
+        Where ffmpeg fails.
+    """
+    import imageio_ffmpeg
+
+    height, width, _ = draw(0).shape
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        writer = imageio_ffmpeg.write_frames(
+            str(path),
+            (width, height),
+            fps=fps,
+            codec="libx264",
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            output_params=["-crf", CRF, "-fflags", "+bitexact", "-movflags", "+faststart"],
+        )
+        writer.send(None)
+        try:
+            for picture in _drawn(draw, count, progress):
+                writer.send(np.ascontiguousarray(picture))
+        finally:
+            writer.close()
+        return path.read_bytes()
+
+
+def _drawn(
+    draw: Callable[[int], Picture], count: int, progress: Progress | None
+) -> Iterator[Picture]:
+    for k in range(count):
+        yield draw(k)
+        if progress is not None:
+            progress(k + 1, count)
+
+
+def _palette(pictures: Iterable[Picture]) -> Image:
+    """Return an image with the colours that fit some pictures best; one for all, or it flickers."""
+    from PIL import Image
+
+    together: NDArray[Any] = np.concatenate(list(pictures))
+    return Image.fromarray(together).quantize(COLOURS, kmeans=3)
+
+
+def _in_colours(picture: Picture, palette: Image) -> Image:
+    from PIL import Image
+
+    # Without dithering, whose dots differ from picture to picture and swell the file.
+    return Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)

@@ -1,0 +1,141 @@
+// What is told in words and numbers: robots, changes, a path; and the table to download.
+
+import { heading } from "./colours.js";
+import { digitsOf } from "./robot.js";
+
+/** A number with its sign, or a dash where the design diverged. */
+function number(value, decimals = 2, signed = false) {
+  if (value === null || value === undefined) return "diverged";
+  const text = Math.abs(value).toFixed(decimals);
+  const isZero = Number(text) === 0;
+  if (value < 0 && !isZero) return `−${text}`;
+  return signed && !isZero ? `+${text}` : text;
+}
+
+/** The rank of a design, from 1: one more than there are better ones. */
+function rankOf(fitness, design) {
+  const own = fitness[design] ?? -1;
+  return 1 + fitness.reduce((better, value) => better + ((value ?? -1) > own), 0);
+}
+
+/** One line about a design, for the cell under the pointer. */
+export function inShort(design, atlas, values) {
+  const fitness = values.fitness[design];
+  const words = [`${design} · ${digitsOf(design)}`, `fitness ${number(fitness)}`];
+  if (fitness) words.push(`heading ${number(heading(values.dx[design], values.dy[design]), 0)}°`);
+  words.push(`under noise ${number(atlas.noise[design])}`);
+  words.push(`published ${number(atlas.fitness[design])}`);
+  return words.join(", ");
+}
+
+/** Fill the table of facts with one robot, or two and their difference. */
+export function fillFacts(table, robots, atlas, values) {
+  const rows = [
+    ["design", (r) => r.design],
+    ["digits", (r) => r.digits],
+    ["voxels, active", (r) => `${atlas.n_voxels[r.design]}, ${atlas.n_active[r.design]}`],
+    ["in one piece", (r) => (atlas.is_connected[r.design] ? "yes" : "no")],
+    ["fitness", (r) => r.fitness, 4],
+    ["published", (r) => atlas.fitness[r.design], 4],
+    ["mean under noise", (r) => atlas.noise[r.design], 2],
+    ["rank of 6561", (r) => rankOf(values.fitness, r.design)],
+    ["dx, dy", (r) => `${number(r.dx)}, ${number(r.dy)}`],
+    ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
+  ];
+  const two = robots.length > 1;
+  const head = document.createElement("tr");
+  head.append(cell("th", ""), ...robots.map((_, k) => cell("th", "AB"[k])));
+  if (two) head.append(cell("th", "B − A"));
+  const body = rows.map(([name, of, decimals]) => {
+    const row = document.createElement("tr");
+    const told = robots.map(of);
+    const show = (value) => (typeof value === "string" || !decimals ? value : number(value, decimals));
+    row.append(cell("th", name), ...told.map((value) => cell("td", show(value))));
+    if (two) {
+      const isNumber = decimals && told.every((value) => typeof value === "number");
+      const change = name.startsWith("heading") ? turn(told[1] - told[0]) : told[1] - told[0];
+      row.append(cell("td", isNumber ? number(change, decimals, true) : ""));
+    }
+    return row;
+  });
+  const caption = table.caption;
+  table.replaceChildren(caption, head, ...body);
+}
+
+function turn(degrees) {
+  return ((((degrees + 180) % 360) + 360) % 360) - 180;
+}
+
+function cell(kind, text) {
+  const made = document.createElement(kind);
+  made.textContent = text;
+  if (kind === "th") made.scope = "col";
+  return made;
+}
+
+/** Tell what changed against the published landscape. */
+export function fillChanges(place, changes, warnings, isPublished) {
+  const lines = warnings.map((words) => [`Note: ${words}`, "warning"]);
+  if (!isPublished) {
+    const { best, best_before: before } = changes;
+    lines.push([`${changes.stayed} of the top ${changes.top} stayed`, "count"]);
+    if (best.design === before.design) {
+      lines.push([`★ ${best.design} is still the best: ${number(best.fitness)}`]);
+    } else {
+      lines.push([`★ ${best.design} is the best now: ${number(best.fitness)}, was rank ${best.rank_before}`]);
+      lines.push([`☆ ${before.design} was the best: now rank ${before.rank}, ${number(before.fitness)}`]);
+    }
+    lines.push([`mean change ${number(changes.mean_difference, 3, true)} voxel widths`]);
+    if (changes.diverged) lines.push([`${changes.diverged} designs diverged`]);
+  }
+  place.replaceChildren(
+    ...lines.map(([words, kind = ""]) => {
+      const line = document.createElement("p");
+      line.textContent = words;
+      line.className = kind;
+      return line;
+    }),
+  );
+}
+
+/** The designs of a path that were the best so far: [{design, at}]. */
+export function improvements({ designs, fitness }) {
+  const found = [];
+  let best = -1;
+  designs.forEach((design, at) => {
+    if ((fitness[at] ?? -1) > best) {
+      best = fitness[at];
+      found.push({ design, at });
+    }
+  });
+  return found;
+}
+
+/** Tell how far a path came. */
+export function pathInShort(path, upto, atlas) {
+  const best = path.best.filter(({ at }) => at < upto).at(-1);
+  const different = new Set(path.designs.slice(0, upto)).size;
+  const words = `${upto} of ${path.designs.length} evaluations, ${different} designs`;
+  if (!best) return words;
+  const at = best.at + 1;
+  const found = `◆ best ${best.design} (${number(atlas.fitness[best.design])}), at evaluation ${at}`;
+  const isEnd = upto === path.designs.length;
+  const end = isEnd ? `; it recommends ${path.recommended}, rank ${path.rank} of all` : "";
+  return `${words}; ${found}${end}`;
+}
+
+/** All designs as they are now, as CSV; the numbers carry every bit. */
+export function asCsv(atlas, values) {
+  const rows = values.fitness.map((fitness, i) => [
+    i,
+    digitsOf(i),
+    values.dx[i] ?? "",
+    values.dy[i] ?? "",
+    fitness ?? "",
+    fitness === null ? "diverged" : "ok",
+    atlas.fitness[i],
+    atlas.noise[i],
+  ]);
+  const head = "design,digits,dx,dy,fitness,status,fitness_published,mean_under_noise";
+  return `${[head, ...rows.map((row) => row.join(","))].join("\n")}\n`;
+}

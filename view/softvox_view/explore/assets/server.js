@@ -1,0 +1,76 @@
+// Talking to the server.
+
+/** What this tab is called: its newest request wins over its older ones. */
+const CLIENT = crypto.randomUUID();
+
+/** A request that the server refused; `parameter` names what was wrong, where it was one. */
+export class Refused extends Error {
+  constructor(message, parameter = null) {
+    super(message);
+    this.parameter = parameter;
+  }
+}
+
+const UNREACHABLE = "The server doesn't answer; start softvox explore again, then reload the page.";
+
+async function request(path, options) {
+  let response;
+  try {
+    response = await fetch(path, options);
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Refused(UNREACHABLE);
+  }
+  if (response.ok) return response;
+  const told = await response.json().catch(() => ({ error: `status ${response.status}` }));
+  throw new Refused(told.error, told.parameter);
+}
+
+/** The address of an answer. */
+export function address(path, query = {}) {
+  const text = new URLSearchParams(query).toString();
+  return text ? `${path}?${text}` : path;
+}
+
+/** Return the JSON at an address. */
+export async function get(path, query, signal) {
+  return (await request(address(path, query), { signal })).json();
+}
+
+/** Ask for long work: calls `progress(done, total)`, and returns its result; null if superseded. */
+export async function work(path, body, signal, progress) {
+  const response = await request(path, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify({ client: CLIENT, ...body }),
+    signal,
+  });
+  for await (const event of lines(response.body)) {
+    if (event.event === "progress") progress(event.done, event.total);
+    else if (event.event === "done") return event;
+    else if (event.event === "error") throw new Refused(event.error);
+    else return null;
+  }
+  throw new Refused(UNREACHABLE);
+}
+
+async function* lines(body) {
+  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    const parts = (rest + value).split("\n");
+    rest = parts.pop();
+    for (const part of parts) yield JSON.parse(part);
+  }
+}
+
+/** Let the browser save a file. */
+export function save(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

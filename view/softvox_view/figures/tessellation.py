@@ -1,0 +1,131 @@
+"""The key to the maps (Fig. 3): the sites, the whole map, and the way down to one design."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+import softvox_gym
+from softvox_gym.design import N_DESIGNS, N_SITES, Design
+from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.figures.robots import picture
+from softvox_view.tessellation import PAIRS, cell_of
+
+#: The design that the key leads to: the best one.
+DESIGN = 6453
+
+#: Pixels of a robot's picture.
+PIXELS = 150
+
+#: Points; the square chosen, and the panel that shows what is in it.
+FRAME = 1.6
+
+#: Three designs that show where the map begins, has its middle and ends.
+LANDMARKS = (
+    (0, "empty", (5, 4)),
+    ((N_DESIGNS - 1) // 2, "all passive", (5, 4)),
+    (N_DESIGNS - 1, "all active", (-5, -5)),
+)
+
+
+def draw(_: Inputs) -> Made:
+    """Draw the sites and the map above, and four nested squares below."""
+    made = style.figure(style.WIDTH, 0.72 * style.WIDTH)
+    parts: Any = made.subfigures(2, 1, height_ratios=(1.75, 1))
+    above, below = parts
+    sites, whole = above.subplots(1, 2, width_ratios=(1, 1.15))
+    _sites(sites)
+    _whole(whole)
+    levels = below.subplots(1, len(PAIRS))
+    for level, axis in enumerate(levels):
+        _level(axis, level)
+    return Made({"tessellation": made})
+
+
+def _sites(axis: Axes) -> None:
+    """Draw the lattice as eight cubes set apart, each with the digit that fills it."""
+    right, back, up = np.array([1.0, 0.0]), np.array([0.52, 0.38]), np.array([0.0, 1.0])
+    for site in sorted(range(N_SITES), key=lambda i: (-(i >> 1 & 1), i >> 2, i & 1)):
+        x, y, z = site & 1, site >> 1 & 1, site >> 2
+        corner = 1.75 * x * right + 2.3 * y * back + 1.75 * z * up
+        _cube(axis, corner, right, back, up)
+        x_middle, y_middle = corner + (right + up) / 2
+        axis.text(x_middle, y_middle, f"$d_{site}$", ha="center", va="center", size=9)
+    for along, name in ((right, "x"), (back, "y"), (up, "z")):
+        _arrow(axis, along / np.hypot(*along), name)
+    axis.set(xlim=(-1.0, 4.9), ylim=(-1.0, 4.3), aspect="equal")
+    axis.set_title("a  a digit per site: 0 absent, 1 passive, 2 active", loc="left")
+    axis.set_axis_off()
+
+
+def _arrow(axis: Axes, along: Any, name: str) -> None:
+    """Draw an axis of the lattice in a direction of length 1, with its name."""
+    start = np.array([-0.75, -0.75])
+    tip, end = start + 0.75 * along, start + 0.95 * along
+    arrow = {"arrowstyle": "->", "lw": 0.8, "shrinkA": 0}
+    axis.annotate("", (tip[0], tip[1]), (start[0], start[1]), arrowprops=arrow)
+    axis.text(end[0], end[1], name, ha="center", va="center")
+
+
+def _cube(axis: Axes, corner: Any, right: Any, back: Any, up: Any) -> None:
+    faces = (
+        ((0 * up, right, right + up, up), "#F4F4F4"),
+        ((up, right + up, right + up + back, up + back), "#E2E2E2"),
+        ((right, right + back, right + back + up, right + up), "#CFCFCF"),
+    )
+    for points, shade in faces:
+        axis.fill(*np.transpose([corner + p for p in points]), fc=shade, ec=style.INK, lw=0.7)
+
+
+def _whole(axis: Axes) -> None:
+    """Draw the map with all its lines, the landmarks, and the way down to the design."""
+    axis.set_facecolor("#EDEDED")
+    maps.frame(axis)
+    for side, width in ((27, 1.0), (9, 0.5), (3, 0.15)):
+        for edge in np.arange(side, 81, side) - 0.5:
+            axis.axhline(edge, color=style.GREY, lw=width)
+            axis.axvline(edge, color=style.GREY, lw=width)
+    for design, text, offset in LANDMARKS:
+        maps.mark(axis, design, text, offset=offset)
+    maps.mark(axis, DESIGN, f"{DESIGN}", offset=(6, 2))
+    row, column = (int(place) for place in cell_of(DESIGN))
+    for side in (27, 9, 3):
+        corner = (column // side * side - 0.5, row // side * side - 0.5)
+        axis.add_patch(Rectangle(corner, side, side, fill=False, ec=style.INK, lw=1.1))
+    axis.set_title("b  the map: a cell for each of 6561 designs", loc="left")
+
+
+def _level(axis: Axes, level: int) -> None:
+    """Draw the 3 x 3 squares of a pair: the robot so far with each of the pair's values."""
+    across, upward = PAIRS[level]
+    digits = np.array([int(digit) for digit in Design(DESIGN).digits])
+    fitness = softvox_gym.landscape()["fitness"]
+    chosen = digits[across], digits[upward]
+    for values in np.ndindex(3, 3):
+        part = np.zeros(N_SITES, dtype=int)
+        for pair in PAIRS[:level]:
+            part[list(pair)] = digits[list(pair)]
+        part[[across, upward]] = values
+        robot = Design(part)
+        x, y = values
+        axis.imshow(picture(robot, PIXELS), extent=(x, x + 1, y, y + 1))
+        if level == len(PAIRS) - 1:
+            text = f"{fitness[robot.index]:.2f}"
+            axis.text(x + 0.06, y + 0.05, text, size=style.TINY, ha="left", va="bottom")
+    for edge in (1, 2):
+        axis.axhline(edge, color=style.GREY, lw=0.6)
+        axis.axvline(edge, color=style.GREY, lw=0.6)
+    axis.add_patch(Rectangle(chosen, 1, 1, fill=False, ec=style.INK, lw=FRAME, zorder=4))
+    axis.set(xlim=(0, 3), ylim=(0, 3), aspect="equal")
+    axis.set_xticks([0.5, 1.5, 2.5], ["0", "1", "2"])
+    axis.set_yticks([0.5, 1.5, 2.5], ["0", "1", "2"])
+    axis.tick_params(length=0)
+    axis.set_xlabel(f"$d_{across}$")
+    axis.set_ylabel(f"$d_{upward}$", rotation=0, y=0.667, labelpad=3, va="center")
+    within = f", within {'bcde'[level]}" if level else ", of all"
+    axis.set_title(f"{'cdef'[level]}  pair {level + 1}{within}", loc="left")
+    if level:
+        axis.spines[:].set_linewidth(FRAME)

@@ -1,0 +1,100 @@
+"""The volume of a voxel and of robots over one cycle of actuation (Fig. 7'')."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from softvox_gym.design import ABSENT, Design
+from softvox_gym.physics import ACTUATIONS, Physics
+from softvox_gym.simulation import simulate
+from softvox_view.figures import Inputs, Made, style
+from softvox_view.figures.kinds import best_of_kinds
+
+#: The cycle shown, counted from 0: the first one starts from rest.
+CYCLE = 1
+
+#: Time steps between frames; a cycle has 552 steps.
+EVERY = 2
+
+#: By mode: an own line and lightness.
+LOOKS = {
+    "hold": {"color": "#000000", "ls": "-", "lw": 1.6},
+    "clamp": {"color": "#D55E00", "ls": "--", "lw": 1.4},
+    "expand_and_contract": {"color": "#56B4E9", "ls": "-.", "lw": 1.4},
+}
+
+Array = NDArray[np.float64]
+
+
+def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple[Array, Array]:
+    """Return the volume of robots over one cycle, from their simulated edges.
+
+    Parameters
+    ----------
+    designs : sequence of Design
+    actuation : str
+        One of the modes of `Physics`.
+
+    Returns
+    -------
+    time : ndarray, shape (k,)
+        Cycles, 0 to 1.
+    volume : ndarray, shape (n, k)
+        Sum of the cubed edges of the voxels, relative to that at rest.
+    """
+    physics = replace(Physics.published(), actuation=actuation).lasting(CYCLE + 2)
+    result = simulate(designs, physics, frames=EVERY)
+    frames = result.frames
+    assert frames is not None
+    cycle = (frames.time[0] - physics.settle_time) * float(physics.frequency_hz) - CYCLE
+    shown = (cycle >= 0) & (cycle <= 1)
+    present = result.designs[:, np.newaxis] != ABSENT
+    cubes = np.where(present, (frames.edge[:, shown] / physics.edge) ** 3, 0.0)
+    sites = (-3, -2, -1)
+    return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
+
+
+def draw(_: Inputs) -> Made:
+    """Draw an active voxel under each mode, and the nine kinds of robot under the paper's."""
+    made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
+    left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
+    for mode in ACTUATIONS:
+        time, volume = relative_volume([Design("20000000")], mode)
+        left.plot(time, volume[0], label=mode.replace("_", " "), **LOOKS[mode])
+    left.legend(loc="upper right")
+    left.set_title("a\N{DOUBLE PRIME}  one active voxel, by mode of actuation", loc="left")
+    left.set_ylabel("volume relative to rest")
+    _robots(right)
+    right.set_title("b\N{DOUBLE PRIME}  nine kinds of robot, mode hold", loc="left")
+    for axis in (left, right):
+        axis.set_xlabel("time, cycles")
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.axhline(1, color=style.PALE, lw=0.8, zorder=0)
+        axis.set_xlim(0, 1)
+    return Made({"volume": made})
+
+
+def _robots(axis: Axes) -> None:
+    """Draw a line per share of active voxels; robots that share it lie on each other."""
+    designs = best_of_kinds()
+    time, volume = relative_volume(designs)
+    shares: dict[Fraction, list[int]] = {}
+    for i, design in enumerate(designs):
+        shares.setdefault(Fraction(design.n_active, design.n_voxels), []).append(i)
+    for line, share in enumerate(sorted(shares, reverse=True)):
+        names = ", ".join(str(designs[i].index) for i in shares[share])
+        axis.plot(
+            time,
+            volume[shares[share][0]],
+            color=str(0.14 * line),
+            ls=("-", "--", "-.", ":")[line % 4],
+            lw=1.3,
+            label=f"{share} active: {names}",
+        )
+    axis.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)
