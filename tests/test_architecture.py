@@ -63,14 +63,15 @@ def test_a_module_imports_only_lower_floors(path):
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.py")), ids=lambda path: path.stem)
-def test_the_simulator_knows_nothing_of_the_search(path):
+def test_the_simulator_knows_nothing_of_searches_and_views(path):
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names = []
         if isinstance(node, ast.ImportFrom):
             names = [node.module or ""]
         elif isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
-        assert not any(name.split(".")[0] == "softvox_search" for name in names)
+        packages = {name.split(".")[0] for name in names}
+        assert not packages & {"softvox_search", "softvox_view"}
 
 
 @pytest.mark.parametrize("module", ["softvox_gym", "softvox_gym.cli", "softvox_search"])
