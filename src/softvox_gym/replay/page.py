@@ -15,7 +15,7 @@ from softvox_gym.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = ("shaders.js", "scene.js", "player.js")
+MODULES = ("numbers.js", "pump.js", "shaders.js", "scene.js", "player.js")
 
 
 def page(

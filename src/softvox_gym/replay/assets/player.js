@@ -10,6 +10,7 @@
  * globals; the element gets the class "softvox-player" (player.css) and the property `player`.
  */
 
+import { drawWave, PUMP, showPhase } from "./pump.js";
 import { Scene } from "./scene.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
@@ -27,12 +28,7 @@ const CONTROLS = `
   <div class="softvox-stage">
     <canvas tabindex="0" role="img"></canvas>
     <div class="softvox-labels"></div>
-    <svg class="softvox-pump" viewBox="0 0 100 64" role="img" aria-label="phase of the pump">
-      <path class="half" d="M4 26 H96"></path>
-      <path class="wave"></path>
-      <circle r="4.5"></circle>
-      <text x="50" y="60" text-anchor="middle"></text>
-    </svg>
+    ${PUMP}
   </div>
   <div class="softvox-controls">
     <button type="button" class="play"></button>
@@ -200,7 +196,7 @@ export class SoftvoxPlayer {
     this.#element.replaceChildren(content.content);
     canvas.title = HELP;
     this.#fillSpeeds(speed);
-    this.#drawWave();
+    drawWave(this.#find(".softvox-pump"));
     this.#find(".follow").checked = true;
     this.#listen(canvas);
     this.#showPlaying();
@@ -212,11 +208,6 @@ export class SoftvoxPlayer {
     const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
     select.replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
     select.value = String(speed);
-  }
-
-  #drawWave() {
-    const points = Array.from({ length: 47 }, (_, i) => [4 + 2 * i, wave(i / 46)]);
-    this.#find(".wave").setAttribute("d", `M${points.map((point) => point.join(" ")).join("L")}`);
   }
 
   #listen(canvas) {
@@ -325,20 +316,9 @@ export class SoftvoxPlayer {
     const cycle = Math.max(0, (time - settle) * frequency_hz);
     this.#find(".frame").value = frame;
     this.#find(".clock").value = `${time.toFixed(2)} s`;
-    this.#showPump(cycle, time < settle);
+    showPhase(this.#find(".softvox-pump"), cycle, time < settle);
     const detail = { frame, time, cycle };
     this.#element.dispatchEvent(new CustomEvent("frame", { detail }));
-  }
-
-  #showPump(cycle, settling) {
-    const dot = this.#find(".softvox-pump circle");
-    const phase = cycle % 1;
-    dot.setAttribute("cx", 4 + 92 * phase);
-    dot.setAttribute("cy", wave(phase));
-    this.#find(".softvox-pump").classList.toggle("settling", settling);
-    this.#find(".softvox-pump text").textContent = settling
-      ? "settling"
-      : `cycle ${Math.floor(cycle + 1e-9) + 1}`;
   }
 
   #showPlaying() {
@@ -352,9 +332,4 @@ export class SoftvoxPlayer {
       for (const [name, value] of Object.entries(panels[i])) label.style[name] = `${value}px`;
     });
   }
-}
-
-/** Height of the pump's sine in the picture of its phase. */
-function wave(phase) {
-  return 26 - 20 * Math.sin(2 * Math.PI * phase);
 }

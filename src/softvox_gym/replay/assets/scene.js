@@ -5,6 +5,7 @@
  * brings them as `style`. Lengths are voxel widths, the floor is z = 0.
  */
 
+import { floats, numbers } from "./numbers.js";
 import { CUBES, FLOOR, SHADOW, TRAIL } from "./shaders.js";
 
 const SHADOW_LAYERS = 24; // shadows of one cube laid over each other, for a soft edge
@@ -270,25 +271,6 @@ export class Scene {
       else gl.uniformMatrix4fv(place, false, value);
     }
   }
-}
-
-/** Return the numbers that a recording holds as 16-bit counts, base64 and little-endian. */
-function numbers({ data, offset, scale }) {
-  const text = atob(data);
-  const size = offset.length;
-  const values = new Float32Array(text.length / 2);
-  for (let i = 0; i < values.length; i++) {
-    const count = text.charCodeAt(2 * i) + 256 * text.charCodeAt(2 * i + 1);
-    values[i] = offset[i % size] + scale[i % size] * count;
-  }
-  return values;
-}
-
-/** Return the numbers that a recording holds as 32-bit floats, base64 and little-endian. */
-function floats(data) {
-  const bytes = Uint8Array.from(atob(data), (character) => character.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  return Float32Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
 }
 
 function at(pairs, i) {
