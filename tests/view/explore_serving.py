@@ -58,10 +58,10 @@ class Served:
 
 
 @contextmanager
-def serving():
-    """Serve on any free port."""
+def serving(results=None):
+    """Serve on any free port, with recorded results perhaps."""
     ready = threading.Event()
-    server = Server(bind(0), Explorer(), when_ready=lambda _: ready.set())
+    server = Server(bind(0), Explorer(results=results), when_ready=lambda _: ready.set())
     thread = threading.Thread(target=server.serve_until_stopped)
     thread.start()
     try:

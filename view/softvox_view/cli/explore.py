@@ -7,11 +7,13 @@ import signal
 import threading
 import webbrowser
 from argparse import ArgumentTypeError, Namespace
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.parser import add_threads
 from softvox_gym.cli.signals import Stopped
-from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.cli.terminal import BadInputError, bad_input
 
 PORT = 8653
 
@@ -47,6 +49,15 @@ def add_parser(commands: Any) -> None:
         help="to begin with, as 'design=6453&gravity=-1.62'",
     )
     parser.add_argument(
+        "--results",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="a folder of softvox compare, whose searchers' paths can be laid over the map; "
+        "may be given several times",
+    )
+    parser.add_argument(
         "--no-browser", action="store_true", help="open none; only print the address"
     )
     add_threads(parser)
@@ -68,6 +79,20 @@ def _state(text: str) -> str:
     return state
 
 
+def _results(folders: Sequence[Path]) -> dict[str, Any]:
+    if not folders:
+        return {}
+    from softvox_view.explore import recorded
+
+    try:
+        with bad_input("--results"):
+            return dict(recorded.read_all(folders))
+    except ModuleNotFoundError as error:
+        raise BadInputError(
+            f"--results needs {error.name}: pip install 'softvox-gym[search]'"
+        ) from error
+
+
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
     try:
@@ -87,11 +112,12 @@ def run(args: Namespace) -> int:
             # Some browsers keep their caller waiting, and the server must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
+    results = _results(args.results)
     try:
         sock = bind(args.port)
     except PortError as error:
         raise BadInputError(f"--port: {error}") from error
-    server = Server(sock, Explorer(threads=args.threads), when_ready=tell)
+    server = Server(sock, Explorer(threads=args.threads, results=results), when_ready=tell)
     try:
         server.serve_until_stopped()
     except Stopped as stop:

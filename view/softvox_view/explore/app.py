@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from importlib.resources import files
 from typing import Any
@@ -25,6 +25,7 @@ from softvox_view.explore.guard import Guard
 from softvox_view.explore.jobs import BusyError, Event, Job, Jobs
 from softvox_view.explore.landscapes import Landscapes
 from softvox_view.explore.parameters import BadRequestError
+from softvox_view.explore.recorded import Recorded
 
 #: Bytes of a request's body; the longest that the page sends has a few hundred.
 MOST_BODY = 10_000
@@ -52,12 +53,17 @@ class Explorer:
     ----------
     threads : int, optional
         Of the engine, shared by all that computes landscapes; all processors where None.
+    results : dict of Recorded, optional
+        Folders of results whose paths can be shown, by name: `recorded.read_all`.
     """
 
-    def __init__(self, *, threads: int | None = None) -> None:
+    def __init__(
+        self, *, threads: int | None = None, results: Mapping[str, Recorded] | None = None
+    ) -> None:
         self.jobs = Jobs()
         self._landscapes = Landscapes()
         self._threads = threads or engine.default_threads()
+        self._results = results or {}
 
     def routes(self) -> list[Route]:
         """Return what answers where."""
@@ -83,6 +89,7 @@ class Explorer:
                 "actuations": ACTUATIONS,
                 "searchers": paths.searchers(),
                 "most_budget": paths.MOST_BUDGET,
+                "results": {name: list(found.runs) for name, found in self._results.items()},
             }
         )
 
@@ -130,16 +137,27 @@ class Explorer:
         return self._answer(f"landscape {parameters.client(asked.get('client'))}", work)
 
     async def path(self, request: Request) -> Response:
-        """Let a searcher search; lines of JSON tell how it goes."""
-        asked = await _body(request, ("client", "searcher", "seed", "budget"))
+        """Let a searcher search, or read what one did; lines of JSON tell how it goes."""
+        asked = await _body(request, ("client", "results", "searcher", "seed", "budget"))
+        budget = parameters.whole("budget", asked.get("budget"), least=1, most=paths.MOST_BUDGET)
+        work = self._recorded(asked, budget) if asked.get("results") else self._live(asked, budget)
+        return self._answer(f"path {parameters.client(asked.get('client'))}", work)
+
+    def _live(self, asked: dict[str, Any], budget: int) -> Callable[[Job], Event]:
         name = paths.searcher(asked.get("searcher"))
         seed = parameters.whole("seed", asked.get("seed"), least=0, most=10**15)
-        budget = parameters.whole("budget", asked.get("budget"), least=1, most=paths.MOST_BUDGET)
+        return lambda job: paths.follow(job, name, seed=seed, budget=budget)
 
-        def work(job: Job) -> Event:
-            return paths.follow(job, name, seed=seed, budget=budget)
-
-        return self._answer(f"path {parameters.client(asked.get('client'))}", work)
+    def _recorded(self, asked: dict[str, Any], budget: int) -> Callable[[Job], Event]:
+        name = asked["results"]
+        found = self._results.get(name) if isinstance(name, str) else None
+        if found is None:
+            raise BadRequestError(
+                f"there are no results {str(name)[:60]!r}; softvox explore --results DIR adds some",
+                "results",
+            )
+        run = found.run(asked.get("searcher"), asked.get("seed"))
+        return lambda job: found.path(run, budget)
 
     def _answer(self, tab: str, work: Callable[[Job], Event]) -> Response:
         try:

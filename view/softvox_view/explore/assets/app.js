@@ -16,6 +16,7 @@ class App {
   #atlas;
   #values; // the landscape now: {dx, dy, fitness}
   #applied = {}; // the parameters that it was computed with
+  #searchers; // names, by the results that they are of; "" for live runs
   #robots = null;
   #path = null;
   #player = null;
@@ -30,7 +31,10 @@ class App {
     });
     this.map = new LandscapeMap(find("map"), atlas);
     this.editor = new Editor(find("editor"), (design) => this.#choose(design));
-    find("searcher").append(new Option("none", ""), ...about.searchers.map((s) => new Option(s, s)));
+    this.#searchers = { "": about.searchers, ...about.results };
+    const sources = Object.keys(about.results);
+    find("results").append(new Option("a live run", ""), ...sources.map((s) => new Option(s, s)));
+    find("results-row").hidden = !sources.length;
     find("budget").max = about.most_budget;
     find("version").textContent = `softvox-gym ${about.version}.`;
     this.#listen();
@@ -39,9 +43,11 @@ class App {
 
   /** Show what the state tells, all of it. */
   #show() {
-    const { map, parameters, searcher, seed, budget } = this.#state;
+    const { map, parameters, results, searcher, seed, budget } = this.#state;
     find("kind").value = map;
     this.controls.parameters = parameters;
+    find("results").value = results;
+    this.#offer(results);
     Object.entries({ searcher, seed, budget }).forEach(([name, value]) => (find(name).value = value));
     this.#paint();
     this.#recompute();
@@ -79,13 +85,19 @@ class App {
       this.#recompute();
     });
     onForm("path", () => {
-      const fields = ["searcher", "seed", "budget"].map((name) => [name, find(name).value]);
+      const fields = ["results", "searcher", "seed", "budget"].map((name) => [name, find(name).value]);
       this.#change(Object.fromEntries(fields));
       this.#search();
     });
+    on("results", "change", () => {
+      const { value } = find("results");
+      this.#offer(value);
+      find("seed").value = value ? "0" : DEFAULTS.seed;
+    });
     on("clear-path", "click", () => {
       find("searcher").value = "";
-      this.#change({ searcher: "", seed: DEFAULTS.seed, budget: DEFAULTS.budget });
+      const { seed, budget } = DEFAULTS;
+      this.#change({ results: "", searcher: "", seed, budget });
       this.#clearPath();
     });
     on("upto", "input", () => this.#showPath());
@@ -226,16 +238,28 @@ class App {
 
   // A searcher's path
 
+  /** Offer the searchers of some results, or those that can run live. */
+  #offer(results) {
+    const names = this.#searchers[results] ?? [];
+    find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
+    const isLive = !results;
+    find("search").textContent = isLive ? "Search" : "Show";
+    find("path-source").textContent = isLive
+      ? "A live run, on the published landscape."
+      : "Recorded; the budget is how many evaluations are shown.";
+  }
+
   async #search() {
-    const { searcher, seed, budget } = this.#state;
+    const { results, searcher, seed, budget } = this.#state;
     if (!searcher) return this.#clearPath();
+    const asked = { results, searcher, seed, budget };
     const bar = find("path-progress");
     bar.hidden = false;
     bar.removeAttribute("value");
     find("path-text").textContent = "";
     try {
       const path = await this.#ask("path", (signal) =>
-        work("/api/path", { searcher, seed, budget }, signal, (done, total) => (bar.value = done / total)),
+        work("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
       );
       if (!path) return;
       this.#path = { ...path, best: panels.improvements(path) };

@@ -120,7 +120,8 @@ export function pathInShort(path, upto, atlas) {
   const at = best.at + 1;
   const found = `◆ best ${best.design} (${number(atlas.fitness[best.design])}), at evaluation ${at}`;
   const isEnd = upto === path.designs.length;
-  const end = isEnd ? `; it recommends ${path.recommended}, rank ${path.rank} of all` : "";
+  const when = path.total > upto ? ` after all ${path.total}` : "";
+  const end = isEnd ? `; it recommends ${path.recommended}${when}, rank ${path.rank} of all` : "";
   return `${words}; ${found}${end}`;
 }
 

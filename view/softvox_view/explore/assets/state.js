@@ -4,10 +4,14 @@ export const DEFAULTS = {
   design: "6453",
   compare: "",
   map: "fitness",
+  results: "",
   searcher: "",
   seed: "1",
   budget: "100",
 };
+/** What tells something only beside a searcher, and then always. */
+const OF_PATH = ["results", "seed", "budget"];
+
 export const KINDS = ["fitness", "heading", "noise", "difference"];
 
 /** Return the state that an address tells: texts by name; whatever else it has are parameters. */
@@ -25,8 +29,10 @@ export function read(hash) {
 export function written(state) {
   const query = new URLSearchParams();
   for (const name of Object.keys(DEFAULTS)) {
-    const isOfPath = name === "seed" || name === "budget";
-    if (isOfPath ? state.searcher : state[name] !== DEFAULTS[name]) query.set(name, state[name]);
+    const isTold = OF_PATH.includes(name)
+      ? state.searcher && state[name]
+      : state[name] !== DEFAULTS[name];
+    if (isTold) query.set(name, state[name]);
   }
   for (const [name, value] of Object.entries(state.parameters)) query.set(name, value);
   return query.toString();
