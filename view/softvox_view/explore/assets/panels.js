@@ -39,7 +39,8 @@ export function fillFacts(table, robots, atlas, values) {
     ["published", (r) => atlas.fitness[r.design], 4],
     ["mean under noise", (r) => atlas.noise[r.design], 2],
     ["rank of 6561", (r) => rankOf(values.fitness, r.design)],
-    ["dx, dy", (r) => `${number(r.dx)}, ${number(r.dy)}`],
+    ["dx", (r) => r.dx, 2],
+    ["dy", (r) => r.dy, 2],
     ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
   ];
   const two = robots.length > 1;
