@@ -17,10 +17,10 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
 from softvox_gym import TABLE_ENV_ID, Design
-from softvox_gym.design import N_DESIGNS
+from softvox_gym.design import N_DESIGNS, indices_of
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.oracle import Answer, Budget, MakeEnv, Oracle, SearcherError, checked
-from softvox_search.protocol import Designs, Searcher, State, indices_of
+from softvox_search.protocol import Designs, Searcher, State
 from softvox_search.registry import METHODS
 from softvox_search.registry import make as make_by_name
 from softvox_search.replay import global_states, set_global_states

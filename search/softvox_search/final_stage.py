@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_search.protocol import Designs, digits_of
+from softvox_gym.design import digits_of
+from softvox_search.protocol import Designs
 
 
 class FinalStage:

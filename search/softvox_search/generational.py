@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES
-from softvox_search.protocol import Designs, Info, SearcherBase, digits_of, indices_of
+from softvox_gym.design import N_SITES, digits_of, indices_of
+from softvox_search.protocol import Designs, Info, SearcherBase
 from softvox_search.variation import Individual, digits
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE, DEFAULT_SHAPE, N_DESIGNS, N_SITES, stack_of
+from softvox_gym.design import ACTIVE, DEFAULT_SHAPE, N_DESIGNS, N_SITES, indices_of, stack_of
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
-from softvox_search.protocol import Designs, Info, indices_of
+from softvox_search.protocol import Designs, Info
 
 #: Makes a vector environment of so many; whatever is wrapped around it reaches every searcher.
 MakeEnv = Callable[[int], "VectorEnv[Any, Any, Any]"]

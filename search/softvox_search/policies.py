@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Design
-from softvox_gym.design import N_DESIGNS, N_SITES
+from softvox_gym.design import N_DESIGNS, N_SITES, indices_of
 from softvox_search.beliefs import RunningMeans
 from softvox_search.final_stage import FinalStage
 from softvox_search.options import whole
 from softvox_search.oracle import checked
-from softvox_search.protocol import Designs, Info, Searcher, State, indices_of
+from softvox_search.protocol import Designs, Info, Searcher, State
 
 
 @dataclass(frozen=True, kw_only=True)

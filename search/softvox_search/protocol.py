@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Design
-from softvox_gym.design import N_DESIGNS, N_SITES
+from softvox_gym.design import N_DESIGNS, indices_of
 
 #: Rows of digits, int64 of shape (n, 8), as the environment's action space has them.
 Designs: TypeAlias = NDArray[np.int64]
 
 State: TypeAlias = dict[str, Any]
-
-_POWERS = 3 ** np.arange(N_SITES, dtype=np.int64)
 
 
 class Info(TypedDict):
@@ -139,14 +137,3 @@ class SearcherBase:
         """Take over a copy of all attributes."""
         vars(self).clear()
         vars(self).update(deepcopy(state))
-
-
-def indices_of(designs: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
-    """Return the numbers, shape (n,), of designs given as rows of digits, shape (n, 8)."""
-    numbers: NDArray[np.int64] = designs @ _POWERS
-    return numbers
-
-
-def digits_of(indices: NDArray[np.integer[Any]]) -> Designs:
-    """Return the rows of digits, shape (n, 8), of designs given as numbers, shape (n,)."""
-    return np.asarray(indices, dtype=np.int64)[:, np.newaxis] // _POWERS % 3

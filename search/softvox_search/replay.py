@@ -14,7 +14,8 @@ import numpy as np
 from numpy.random.mtrand import get_bit_generator, set_bit_generator
 from numpy.typing import NDArray
 
-from softvox_search.protocol import Designs, Info, SearcherBase, State, indices_of
+from softvox_gym.design import indices_of
+from softvox_search.protocol import Designs, Info, SearcherBase, State
 
 
 class Replayed(SearcherBase):

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from softvox_gym import table
 from softvox_gym.conditions import Conditions, Disturbance
-from softvox_gym.design import ACTIVE, checked_digits
+from softvox_gym.design import ACTIVE, checked_digits, indices_of
 from softvox_gym.engine import step_count
-from softvox_gym.outcome import Outcome, numbers_of
+from softvox_gym.outcome import Outcome
 from softvox_gym.physics import Physics
 from softvox_gym.rendering import Pose
 from softvox_gym.simulation import Result, sample_count, simulate
@@ -156,7 +156,7 @@ class TableBench(Bench):
         self, rows: NDArray[Any], generators: Generators
     ) -> tuple[Outcome, Sequence[Pose | None]]:
         """Look designs up; poses, where wanted, are simulated."""
-        design = numbers_of(checked_digits(rows))
+        design = indices_of(checked_digits(rows))
         track, steps = table.tracks()
         outcome = Outcome(
             design=design,

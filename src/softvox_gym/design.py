@@ -19,6 +19,9 @@ DEFAULT_SHAPE: Shape = (2, 2, 2)
 N_SITES = prod(DEFAULT_SHAPE)
 N_DESIGNS = 3**N_SITES
 
+#: What a digit of the 2x2x2 lattice counts for in a design's number, by site.
+POWERS = 3 ** np.arange(N_SITES, dtype=np.int64)
+
 
 class Design:
     """A robot on a lattice: one digit per site, 0 absent, 1 passive, 2 active.
@@ -305,6 +308,17 @@ def _neighbours(site: int, shape: Shape) -> Iterable[int]:
             yield i + nx * (j + ny * k)
 
 
+def indices_of(rows: ArrayLike) -> NDArray[np.int64]:
+    """Return the numbers, shape (...), of 2x2x2 designs given as digits, shape (..., 8)."""
+    numbers: NDArray[np.int64] = np.asarray(rows, dtype=np.int64) @ POWERS
+    return numbers
+
+
+def digits_of(indices: ArrayLike) -> NDArray[np.int64]:
+    """Return the digits, shape (..., 8), of 2x2x2 designs given as numbers, shape (...)."""
+    return np.asarray(indices, dtype=np.int64)[..., np.newaxis] // POWERS % 3
+
+
 def stack_of(designs: Any) -> NDArray[np.uint8]:
     """Bring a batch of designs into one array.
 
@@ -362,8 +376,7 @@ def _stack_of_array(array: NDArray[Any]) -> NDArray[np.uint8]:
     if array.ndim == 1 and array.dtype.kind in "iu":
         for extreme in (array.min(), array.max()) if array.size else ():
             _checked_index(int(extreme))
-        powers = 3 ** np.arange(N_SITES)
-        return _rows_to_lattice(array[:, np.newaxis].astype(np.int64) // powers % 3)
+        return _rows_to_lattice(digits_of(array))
     if array.ndim == 1:
         return stack_of(list(array))
     digits = checked_digits(array)

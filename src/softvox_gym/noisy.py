@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import table
-from softvox_gym.design import N_DESIGNS
+from softvox_gym.design import N_DESIGNS, digits_of
 from softvox_gym.engine import Progress
 from softvox_gym.wrappers.vector import JakobiNoise, Resample
 
@@ -174,7 +174,7 @@ def sample(
         bare: Any = gym.make_vec("SoftVox2x2x2-v0", num_envs=len(some))
         env: Any = Resample(JakobiNoise(bare, level), draws)
         env.reset(seed=[int(seed) for seed in seeds[begin : begin + batch]])
-        infos = env.step(some[:, np.newaxis] // 3 ** np.arange(8) % 3)[4]
+        infos = env.step(digits_of(some))[4]
         parts.append(_statistics(infos, draws))
         if progress is not None:
             progress(draws * (begin + len(some)), draws * len(designs))

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE, N_DESIGNS, N_SITES, Design
+from softvox_gym.design import ACTIVE, N_DESIGNS, Design, digits_of, indices_of
 from softvox_gym.simulation import Result
 
-_POWERS = 3 ** np.arange(N_SITES, dtype=np.int64)
 _STATUS = np.array(["diverged", "ok"], dtype=object)
 
 
@@ -54,7 +53,7 @@ class Outcome:
         track = np.pad(track, ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
         track = np.where(np.isnan(track), result.displacement[:, np.newaxis], track)
         return cls(
-            design=numbers_of(rows),
+            design=indices_of(rows),
             track=track.reshape(n, -1, samples, 3),
             displacement=result.displacement.reshape(n, -1, 3),
             steps=result.steps.astype(np.int64).reshape(n, -1),
@@ -115,12 +114,6 @@ def _mean_of(values: NDArray[np.float64], which: NDArray[np.bool_]) -> NDArray[n
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def numbers_of(rows: NDArray[Any]) -> NDArray[np.int64]:
-    """Return the numbers of designs given as rows of digits, shape (n, 8)."""
-    numbers: NDArray[np.int64] = rows.astype(np.int64) @ _POWERS
-    return numbers
-
-
 class Bodies(NamedTuple):
     """Facts about every design, each of shape (6561,)."""
 
@@ -132,7 +125,7 @@ class Bodies(NamedTuple):
 @lru_cache(maxsize=1)
 def body_facts() -> Bodies:
     """Return what the bodies of all designs are like; read-only."""
-    digits = np.arange(N_DESIGNS)[:, np.newaxis] // _POWERS % 3
+    digits = digits_of(np.arange(N_DESIGNS))
     made = Bodies(
         n_voxels=np.count_nonzero(digits, axis=1).astype(np.int64),
         n_active=np.count_nonzero(digits == ACTIVE, axis=1).astype(np.int64),

@@ -3,7 +3,8 @@
 import numpy as np
 from table_answers import FITNESS, info_of
 
-from softvox_search.protocol import SearcherBase, digits_of, indices_of
+from softvox_gym.design import digits_of, indices_of
+from softvox_search.protocol import SearcherBase
 
 
 class Script(SearcherBase):

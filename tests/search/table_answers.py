@@ -3,7 +3,7 @@
 import numpy as np
 
 from softvox_gym import landscape
-from softvox_search.protocol import indices_of
+from softvox_gym.design import indices_of
 
 TABLE = landscape()
 FITNESS = TABLE["fitness"]

@@ -159,7 +159,7 @@ def test_what_is_swapped_in_is_put_back_after_an_error():
 FIRST_ASKS = """
 import numpy as np, sys
 from softvox_gym import landscape
-from softvox_search.protocol import indices_of
+from softvox_gym.design import indices_of
 from softvox_search.registry import SEARCHERS, make
 fitness = landscape()["fitness"]
 for name in SEARCHERS:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from table_answers import FITNESS, TABLE, answered, info_of
 
-from softvox_search.protocol import digits_of, indices_of
+from softvox_gym.design import digits_of, indices_of
 from softvox_search.registry import make
 from softvox_search.searchers.map_elites import NOWHERE, MapElites, kinds
 from softvox_search.variation import digits

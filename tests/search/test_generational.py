@@ -7,8 +7,8 @@ import pytest
 from table_answers import FITNESS, answered, info_of
 
 from softvox_gym import Design
+from softvox_gym.design import digits_of, indices_of
 from softvox_search.generational import Generational
-from softvox_search.protocol import digits_of, indices_of
 from softvox_search.variation import Individual, individuals, random_designs
 
 

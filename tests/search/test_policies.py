@@ -8,9 +8,9 @@ from scripted import Script, ScriptWithParents, exact, numbers, tell
 from table_answers import FITNESS, NoisyTable, answered
 
 from softvox_gym import Design
+from softvox_gym.design import indices_of
 from softvox_search.beliefs import RunningMeans
 from softvox_search.policies import Guarded, Policy
-from softvox_search.protocol import indices_of
 from softvox_search.registry import make
 
 NAIVE = Policy()

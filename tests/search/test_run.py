@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from softvox_gym import TABLE_ENV_ID, Design, landscape
+from softvox_gym.design import digits_of, indices_of
 from softvox_search.log import digest
 from softvox_search.oracle import Budget, Oracle, SearcherError
-from softvox_search.protocol import SearcherBase, digits_of, indices_of
+from softvox_search.protocol import SearcherBase
 from softvox_search.run import recommended, run
 
 

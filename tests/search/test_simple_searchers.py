@@ -5,8 +5,7 @@ import pytest
 
 from softvox_gym import Design, landscape
 from softvox_gym.analysis import neighbours
-from softvox_gym.design import N_DESIGNS
-from softvox_search.protocol import digits_of, indices_of
+from softvox_gym.design import N_DESIGNS, digits_of, indices_of
 from softvox_search.searchers.exhaustive import Exhaustive
 from softvox_search.searchers.hill_climber import HillClimber
 from softvox_search.searchers.random_search import RandomSearch

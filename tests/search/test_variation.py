@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from table_answers import FITNESS
 
+from softvox_gym.design import indices_of
 from softvox_search.pareto import Objectives, fronts
-from softvox_search.protocol import indices_of
 from softvox_search.python_random import PythonRandom
 from softvox_search.variation import crossed, digits, individuals, mutated, random_designs
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS, N_SITES
+from softvox_gym.design import N_DESIGNS, digits_of
 
 #: Pairs of sites, outermost first: the digit that counts to the right, and the one upward. A pair
 #: is two neighbours along x; the first two pairs are the bottom layer.
@@ -44,7 +44,7 @@ def cell_of(design: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         For a number that no design has.
     """
     number = _whole("design", design, N_DESIGNS)
-    digits = number[..., np.newaxis] // 3 ** np.arange(N_SITES) % 3
+    digits = digits_of(number)
     rightward, upward = np.transpose(PAIRS)
     weight = 3 ** np.arange(len(PAIRS))[::-1]
     return digits[..., upward] @ weight, digits[..., rightward] @ weight

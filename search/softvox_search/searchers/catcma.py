@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES
-from softvox_search.protocol import Designs, indices_of
+from softvox_gym.design import N_SITES, indices_of
+from softvox_search.protocol import Designs
 from softvox_search.replay import Replayed, library
 
 

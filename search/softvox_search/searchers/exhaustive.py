@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softvox_gym.design import N_DESIGNS
+from softvox_gym.design import N_DESIGNS, digits_of
 from softvox_search.options import whole
-from softvox_search.protocol import Designs, SearcherBase, digits_of
+from softvox_search.protocol import Designs, SearcherBase
 
 
 class Exhaustive(SearcherBase):

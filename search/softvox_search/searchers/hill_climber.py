@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.analysis import neighbours
+from softvox_gym.design import digits_of, indices_of
 from softvox_search.options import whole
-from softvox_search.protocol import Designs, Info, SearcherBase, digits_of, indices_of
+from softvox_search.protocol import Designs, Info, SearcherBase
 
 #: Designs at Hamming distance 1: eight sites with two other digits each.
 N_NEIGHBOURS = 16

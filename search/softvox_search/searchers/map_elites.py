@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from ribs.archives import GridArchive
 
-from softvox_gym.design import ABSENT, ACTIVE, N_SITES
+from softvox_gym.design import ABSENT, ACTIVE, N_SITES, digits_of, indices_of
 from softvox_search.generational import Generational
 from softvox_search.options import share, whole
-from softvox_search.protocol import Designs, Info, digits_of, indices_of
+from softvox_search.protocol import Designs, Info
 from softvox_search.variation import mutated, random_designs
 
 #: Headings are told apart by so many sectors; number k is centred on k / SECTORS of a full turn

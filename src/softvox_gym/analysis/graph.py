@@ -7,12 +7,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import ACTIVE, N_DESIGNS, N_SITES
+from softvox_gym.design import ACTIVE, N_DESIGNS, N_SITES, POWERS, digits_of
 
 #: Each of the 8 sites has two other values.
 N_NEIGHBOURS = N_SITES * ACTIVE
-
-_POWERS = 3 ** np.arange(N_SITES, dtype=np.int64)
 
 
 @lru_cache(maxsize=1)
@@ -24,7 +22,7 @@ def all_digits() -> NDArray[np.int64]:
     ndarray of int64, shape (6561, 8)
         Row i is design i. Read-only.
     """
-    return _read_only(np.arange(N_DESIGNS)[:, np.newaxis] // _POWERS % 3)
+    return _read_only(digits_of(np.arange(N_DESIGNS)))
 
 
 @lru_cache(maxsize=1)
@@ -150,7 +148,7 @@ def checked_fitness(fitness: ArrayLike) -> NDArray[np.float64]:
 def _with_digits(digits: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of each design after site s alone is given digits[:, s]."""
     changed: NDArray[np.int64] = (
-        np.arange(N_DESIGNS)[:, np.newaxis] + (digits - all_digits()) * _POWERS
+        np.arange(N_DESIGNS)[:, np.newaxis] + (digits - all_digits()) * POWERS
     )
     return changed
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.analysis.graph import all_digits, checked_fitness
-from softvox_gym.design import DEFAULT_SHAPE, N_SITES
+from softvox_gym.design import DEFAULT_SHAPE, N_SITES, indices_of
 
 #: Voxel widths. Differences of fitness between turned and mirrored robots are counted above these.
 SPREADS = (0.001, 0.01, 0.1, 1.0)
@@ -127,8 +127,7 @@ def symmetries(*, reflections: bool = True) -> list[NDArray[np.int64]]:
 
 def image(sites: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of every design after a symmetry, one of `symmetries`, shape (6561,)."""
-    numbers: NDArray[np.int64] = all_digits()[:, sites] @ 3 ** np.arange(N_SITES, dtype=np.int64)
-    return numbers
+    return indices_of(all_digits()[:, sites])
 
 
 def members(representative: NDArray[np.int64]) -> list[NDArray[np.int64]]:
