@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from softvox_gym import Design, Physics, engine, simulate
+from softvox_gym.design import N_DESIGNS
 
 PUBLISHED = Physics.published()
 SHORT = replace(PUBLISHED, duration=1.0)
@@ -257,6 +258,14 @@ def test_a_phase_too_far_to_have_parts_of_a_turn_is_marked():
     phase = np.zeros((2, 2, 2, 2))
     phase[0] = 2.0**60
     assert list(simulate([6453, 6453], SHORT, phase=phase).status) == ["diverged", "ok"]
+
+
+def test_a_travel_too_far_for_a_fitness_has_diverged():
+    everyone = np.arange(N_DESIGNS)
+    result = simulate(everyone, replace(SHORT, strain=1e300))
+    assert {"ok", "diverged"} == set(result.status)
+    assert np.array_equal(np.isfinite(result.fitness), result.status == "ok")
+    assert np.array_equal(np.isfinite(result.displacement).all(axis=1), result.status == "ok")
 
 
 def test_results_of_diverged_designs_are_nan():

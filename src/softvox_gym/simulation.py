@@ -305,10 +305,10 @@ def _frame_count(physics: Physics, every: int) -> int:
 def _result(
     stack: NDArray[np.uint8], physics: Physics, batch: engine.Batch, output: engine.Output
 ) -> Result:
-    diverged = output.status != 0
     empty = ~stack.any(axis=(1, 2, 3))
     displacement = (output.end - output.start) / physics.edge
     displacement[empty] = 0.0
+    diverged = (output.status != 0) | ~_has_fitness(displacement)
     displacement[diverged] = np.nan
     output.track[empty] = 0.0
     for values in (output.start, output.end, output.track):
@@ -317,7 +317,7 @@ def _result(
     return Result(
         designs=stack,
         physics=physics,
-        status=engine.STATUS_NAMES[output.status],
+        status=engine.STATUS_NAMES[diverged.astype(np.intp)],
         displacement=displacement,
         start=output.start,
         end=output.end,
@@ -325,6 +325,12 @@ def _result(
         track=output.track if batch.track_per_cycle else None,
         frames=_frames(batch, output) if batch.frame_every else None,
     )
+
+
+def _has_fitness(displacement: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether the fitness is finite; a displacement may be, and its square not."""
+    with np.errstate(over="ignore"):
+        return np.isfinite(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
 
 
 def _frames(batch: engine.Batch, output: engine.Output) -> Frames:
