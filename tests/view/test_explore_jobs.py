@@ -120,7 +120,7 @@ def test_one_tab_too_many_is_refused_but_a_tab_that_runs_may_ask_anew():
         slow = Endless()
         older = asyncio.create_task(all_of(jobs.start("slow", slow)))
         await begun(slow)
-        with pytest.raises(BusyError, match="1 browser tabs are computing already"):
+        with pytest.raises(BusyError, match="1 computations are running already"):
             jobs.start("other", at_once)
         events = await all_of(jobs.start("slow", at_once))
         await older

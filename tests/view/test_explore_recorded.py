@@ -110,8 +110,8 @@ def spoiled(folder, tmp_path, spoil):
     ("spoil", "words"),
     [
         (shutil.rmtree, "is not a folder; name one that softvox compare has written"),
-        (lambda at: (at / "runs.csv").unlink(), "has no runs.csv; softvox compare FILE.toml --out"),
-        (lambda at: (at / "evaluations.parquet").unlink(), "has no evaluations.parquet; softvox"),
+        (lambda at: (at / "runs.csv").unlink(), "has no runs.csv, which softvox compare FILE.toml"),
+        (lambda at: (at / "evaluations.parquet").unlink(), "has no evaluations.parquet, which"),
         (lambda at: (at / "evaluations.parquet").write_bytes(b"x"), "lacks the column run;"),
         (lambda at: (at / "runs.csv").write_bytes(b"\xff\xfe"), "can't be read as the runs"),
         (lambda at: (at / "runs.csv").write_text("run,seed\n0,0\n"), "can't be read as the runs"),

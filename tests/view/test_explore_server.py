@@ -206,7 +206,7 @@ def test_the_newest_request_of_a_tab_wins_while_another_tab_and_a_click_are_answ
         with served.posted(*landscape("two", -8)) as other:
             assert next(other)["event"] == "progress"
             assert served.get("/api/robots?design=4295&gravity=-7")[0] == 200
-            with served.posted(*landscape("one", -3)) as newer:
+            with served.posted("/api/landscape", {"client": "one", "parameters": {}}) as newer:
                 assert list(older)[-1] == {"event": "superseded"}
                 assert list(newer)[-1]["event"] == "done"
             assert served.explorer.jobs.running == 1  # the other tab is still at it

@@ -35,9 +35,11 @@ OWN = (
     "app.js",
     "colours.js",
     "controls.js",
+    "downloads.js",
     "map.js",
     "palettes.js",
     "panels.js",
+    "path.js",
     "robot.js",
     "server.js",
     "state.js",
@@ -139,16 +141,12 @@ class Explorer:
     async def path(self, request: Request) -> Response:
         """Let a searcher search, or read what one did; lines of JSON tell how it goes."""
         asked = await _body(request, ("client", "results", "searcher", "seed", "budget"))
+        path = self._recorded(asked) if asked.get("results") else _live(asked)
         budget = parameters.whole("budget", asked.get("budget"), least=1, most=paths.MOST_BUDGET)
-        work = self._recorded(asked, budget) if asked.get("results") else self._live(asked, budget)
-        return self._answer(f"path {parameters.client(asked.get('client'))}", work)
+        tab = f"path {parameters.client(asked.get('client'))}"
+        return self._answer(tab, lambda job: path(job, budget))
 
-    def _live(self, asked: dict[str, Any], budget: int) -> Callable[[Job], Event]:
-        name = paths.searcher(asked.get("searcher"))
-        seed = parameters.whole("seed", asked.get("seed"), least=0, most=10**15)
-        return lambda job: paths.follow(job, name, seed=seed, budget=budget)
-
-    def _recorded(self, asked: dict[str, Any], budget: int) -> Callable[[Job], Event]:
+    def _recorded(self, asked: dict[str, Any]) -> Callable[[Job, int], Event]:
         name = asked["results"]
         found = self._results.get(name) if isinstance(name, str) else None
         if found is None:
@@ -157,7 +155,7 @@ class Explorer:
                 "results",
             )
         run = found.run(asked.get("searcher"), asked.get("seed"))
-        return lambda job: found.path(run, budget)
+        return lambda job, budget: found.path(run, budget)
 
     def _answer(self, tab: str, work: Callable[[Job], Event]) -> Response:
         try:
@@ -165,6 +163,12 @@ class Explorer:
         except BusyError as error:
             return JSONResponse({"error": str(error)}, status_code=503)
         return _Lines(job)
+
+
+def _live(asked: dict[str, Any]) -> Callable[[Job, int], Event]:
+    name = paths.searcher(asked.get("searcher"))
+    seed = parameters.whole("seed", asked.get("seed"), least=0, most=10**15)
+    return lambda job, budget: paths.follow(job, name, seed=seed, budget=budget)
 
 
 class _Lines(Response):
@@ -189,7 +193,7 @@ class _Lines(Response):
         try:
             await send(start)
             async for event in self._job.events():
-                await send({**body, "body": json.dumps(event).encode() + b"\n"})
+                await send({**body, "body": json.dumps(event, allow_nan=False).encode() + b"\n"})
             await send({**body, "body": b"", "more_body": False})
         finally:
             self._job.cancel()

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-#: Tabs that can have something running at once.
+#: Computations at once; a tab has one of each kind.
 MOST = 16
 
 #: s between looks at how far the work is.
@@ -154,7 +154,7 @@ class Jobs:
         before = self._newest.get(tab)
         if before is None and len(self._newest) >= self.most:
             raise BusyError(
-                f"{self.most} browser tabs are computing already; wait for one of them, or close it"
+                f"{self.most} computations are running already; wait for one, or close other tabs"
             )
         job = Job(work)
         self._newest[tab] = job

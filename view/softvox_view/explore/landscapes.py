@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -81,8 +82,8 @@ def published() -> Values:
 
 
 def listed(values: NDArray[np.float64]) -> list[float | None]:
-    """Return numbers ready for JSON, which knows no NaN."""
-    return [None if value != value else value for value in values.tolist()]
+    """Return numbers ready for JSON, which knows no NaN and no infinity."""
+    return [value if isfinite(value) else None for value in values.tolist()]
 
 
 def ranking(fitness: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -14,6 +14,8 @@ from softvox_view.explore.app import Explorer, make_app
 
 LOOPBACK = "127.0.0.1"
 
+STANDARD_PORT = 80
+
 #: s that open connections get to end by themselves.
 GRACE_SECONDS = 2
 
@@ -73,7 +75,10 @@ class Server(uvicorn.Server):
         self.explorer = explorer
         self.ended = threading.Event()
         self._sock, self._when_ready = sock, when_ready
-        app = make_app(explorer, (f"{LOOPBACK}:{port}", f"localhost:{port}"))
+        hosts = [f"{name}:{port}" for name in (LOOPBACK, "localhost")]
+        if port == STANDARD_PORT:
+            hosts += [LOOPBACK, "localhost"]  # browsers leave this port out
+        app = make_app(explorer, hosts)
         super().__init__(
             uvicorn.Config(
                 app,

@@ -1,129 +1,97 @@
-// The page: what is seen is `state`, kept in the address; everything else follows from it.
+// The page. `#state` is what is seen, and is kept in the address; `#wanted` is what was asked for
+// last, and becomes part of the state once the server has answered.
 
 import { SoftvoxPlayer } from "./player.js";
 import { Controls } from "./controls.js";
 import { colouring, drawScale } from "./colours.js";
+import { csvOf, nameOf, pictureOf } from "./downloads.js";
 import { LandscapeMap } from "./map.js";
 import * as panels from "./panels.js";
+import { PathPanel } from "./path.js";
 import { digitsOf, drawRobot, Editor } from "./robot.js";
-import { address, get, Refused, save, work } from "./server.js";
-import { DEFAULTS, read, written } from "./state.js";
+import { address, get, Newest, Refused, save, work } from "./server.js";
+import { DEFAULTS, KINDS, PATH, read, wordsOf, written } from "./state.js";
 
 const find = (id) => document.getElementById(id);
+const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 class App {
-  #state = read(location.hash);
+  #state = { ...DEFAULTS, parameters: {} };
+  #wanted = this.#state; // {design, compare, parameters}
   #atlas;
   #values; // the landscape now: {dx, dy, fitness}
-  #applied = {}; // the parameters that it was computed with
-  #searchers; // names, by the results that they are of; "" for live runs
   #robots = null;
-  #path = null;
   #player = null;
-  #newest = {}; // what is asked for, by kind: the newest request wins
+  #asked = { robots: new Newest(), landscape: new Newest() };
 
   constructor(about, atlas) {
     this.#atlas = atlas;
     this.#values = atlas;
-    this.controls = new Controls(find("sliders"), about, (parameters) => {
-      this.#change({ parameters });
-      this.#recompute();
-    });
+    this.controls = new Controls(find("sliders"), about, (parameters) => this.#set(parameters));
     this.map = new LandscapeMap(find("map"), atlas);
+    this.path = new PathPanel(about, atlas, this.map, (fields) => this.#record(fields));
     this.editor = new Editor(find("editor"), (design) => this.#choose(design));
-    this.#searchers = { "": about.searchers, ...about.results };
-    const sources = Object.keys(about.results);
-    find("results").append(new Option("a live run", ""), ...sources.map((s) => new Option(s, s)));
-    find("results-row").hidden = !sources.length;
-    find("budget").max = about.most_budget;
     find("version").textContent = `softvox-gym ${about.version}.`;
+    // On a narrow screen the robot itself comes first.
+    find("drawing").open = matchMedia("(min-width: 721px)").matches;
     this.#listen();
     this.#show();
   }
 
-  /** Show what the state tells, all of it. */
+  /** Show what the address tells, all of it. */
   #show() {
-    const { map, parameters, results, searcher, seed, budget } = this.#state;
-    find("kind").value = map;
+    const { map, design, compare, parameters, ...told } = read(location.hash);
+    const isKnown = KINDS.includes(map);
+    this.#state.map = isKnown ? map : DEFAULTS.map;
+    find("message").textContent = isKnown ? "" : `there is no map ${map}; the maps are ${KINDS.join(", ")}`;
+    find("kind").value = this.#state.map;
+    for (const name of PATH) this.#state[name] = told[name];
+    this.path.show(told);
     this.controls.parameters = parameters;
-    find("results").value = results;
-    this.#offer(results);
-    Object.entries({ searcher, seed, budget }).forEach(([name, value]) => (find(name).value = value));
     this.#paint();
-    this.#recompute();
-    if (searcher) this.#search();
-    else this.#clearPath();
+    this.#wanted = { design, compare, parameters };
+    if (!same(parameters, this.#state.parameters)) return this.#recompute(false);
+    this.#asked.landscape.cancel();
+    this.#progress(null);
+    return this.#simulate(false);
   }
 
-  #change(changes) {
+  /** Take on what is seen now; a step is one that the browser's Back undoes. */
+  #record(changes = {}, isStep = true) {
     Object.assign(this.#state, changes);
-    history.replaceState(null, "", `#${written(this.#state)}`);
+    const now = written(this.#state);
+    const isNew = now !== written(read(location.hash));
+    history[isNew && isStep ? "pushState" : "replaceState"](null, "", `#${now}`);
   }
 
   #listen() {
     const on = (id, type, handler) => find(id).addEventListener(type, handler);
-    const onForm = (id, handler) =>
-      on(id, "submit", (event) => {
-        event.preventDefault();
-        handler();
-      });
-    addEventListener("hashchange", () => {
-      this.#state = read(location.hash);
-      this.#show();
-    });
+    addEventListener("hashchange", () => this.#show());
     on("map", "point", ({ detail }) => this.#hover(detail.design));
     on("map", "pick", ({ detail }) => this.#choose(detail.design));
-    onForm("find", () => this.#choose(find("find-text").value.trim()));
+    on("find", "submit", (event) => {
+      event.preventDefault();
+      this.#choose(find("find-text").value.trim());
+    });
+    on("which", "change", () => this.#showEdited());
     on("end-compare", "click", () => this.#endComparison());
     on("kind", "change", () => {
-      this.#change({ map: find("kind").value });
+      this.#record({ map: find("kind").value });
       this.#paint();
     });
     on("reset", "click", () => {
       this.controls.parameters = {};
-      this.#change({ parameters: {} });
-      this.#recompute();
+      this.#set({});
     });
-    onForm("path", () => {
-      const fields = ["results", "searcher", "seed", "budget"].map((name) => [name, find(name).value]);
-      this.#change(Object.fromEntries(fields));
-      this.#search();
-    });
-    on("results", "change", () => {
-      const { value } = find("results");
-      this.#offer(value);
-      find("seed").value = value ? "0" : DEFAULTS.seed;
-    });
-    on("clear-path", "click", () => {
-      find("searcher").value = "";
-      const { seed, budget } = DEFAULTS;
-      this.#change({ results: "", searcher: "", seed, budget });
-      this.#clearPath();
-    });
-    on("upto", "input", () => this.#showPath());
     on("save-csv", "click", () => this.#saveCsv());
     on("save-png", "click", () => this.#savePng());
     on("share", "click", () => this.#share());
   }
 
-  /** Ask for something that replaces what was asked for of its kind; null where replaced itself. */
-  async #ask(kind, request) {
-    this.#newest[kind]?.abort();
-    const mine = new AbortController();
-    this.#newest[kind] = mine;
-    try {
-      const answer = await request(mine.signal);
-      return this.#newest[kind] === mine ? answer : null;
-    } catch (error) {
-      if (this.#newest[kind] === mine) throw error;
-      return null;
-    }
-  }
-
   #complain(error) {
-    if (!(error instanceof Refused)) throw error;
     const isShown = this.controls.complain(error.parameter, error.message);
     if (!isShown) find("message").textContent = error.message;
+    if (!(error instanceof Refused)) reportError(error);
   }
 
   // The robot
@@ -133,47 +101,63 @@ class App {
     find("hover-text").textContent = panels.inShort(design, this.#atlas, this.#values);
   }
 
+  get #which() {
+    return document.querySelector("#which input:checked").value;
+  }
+
   #choose(design) {
-    const which = document.querySelector("#which input:checked").value;
-    return this.#simulate({ [which]: String(design) });
+    find("message").textContent = "";
+    this.#wanted = { ...this.#wanted, [this.#which]: String(design) };
+    return this.#simulate();
   }
 
   #endComparison() {
     document.querySelector('#which input[value="design"]').checked = true;
-    this.#simulate({ compare: "" });
+    this.#wanted = { ...this.#wanted, compare: "" };
+    this.#simulate();
   }
 
-  /** Simulate the robots of the state, with changes; it takes these on if they can be. */
-  async #simulate(changes = {}) {
-    const { design, compare } = { ...this.#state, ...changes };
-    const query = { design, ...(compare && { compare }), ...this.#applied };
+  /** Simulate the robots that are wanted; where one can't be, the one that is seen stays. */
+  async #simulate(isStep = true) {
+    const { design, compare } = this.#wanted;
+    const query = { design, ...(compare && { compare }), ...this.#state.parameters };
     try {
-      const told = await this.#ask("robots", (signal) => get("/api/robots", query, signal));
+      const told = await this.#asked.robots.ask((signal) => get("/api/robots", query, signal));
       if (!told) return;
-      if (this.#robots) find("message").textContent = "";
-      this.#change(changes);
+      const [a, b = ""] = told.robots.map((robot) => String(robot.design));
+      this.#wanted = { ...this.#wanted, design: a, compare: b };
+      this.#record({ design: a, compare: b }, isStep);
       this.#showRobots(told, query);
     } catch (error) {
       this.#complain(error);
-      // An address with a wrong design still gets a robot, beside the message.
-      const standard = { design: DEFAULTS.design, compare: "" };
-      if (!this.#robots && design !== standard.design) await this.#simulate(standard);
+      const seen = { design: this.#state.design, compare: this.#state.compare };
+      const isOne = error.parameter in seen;
+      const kept = isOne ? { [error.parameter]: seen[error.parameter] } : seen;
+      this.#wanted = { ...this.#wanted, ...kept };
+      const isBehind = !this.#robots || !same(seen, { design, compare, ...kept });
+      if (isOne && isBehind) await this.#simulate(isStep);
+      else this.#record({}, false);
     }
   }
 
   #showRobots({ robots, recording }, query) {
-    const [design, compare = null] = robots.map((robot) => robot.design);
-    const isB = document.querySelector("#which input:checked").value === "compare";
-    const edited = isB && compare !== null ? compare : design;
+    const { design, compare, parameters } = this.#state;
     this.#robots = robots;
-    this.map.mark({ design, compare });
-    this.editor.show(digitsOf(edited));
-    find("find-text").value = edited;
-    find("end-compare").hidden = compare === null;
+    this.map.mark({ design, compare: compare || null });
+    this.#showEdited();
+    find("end-compare").hidden = !compare;
     find("save-replay").href = address("/api/replay.html", query);
     panels.fillFacts(find("facts"), robots, this.#atlas, this.#values);
     this.#play(recording, query);
-    find("robot-panel").dataset.designs = [design, compare].filter((d) => d !== null).join(" ");
+    find("robot-panel").dataset.designs = `${design} ${compare}`.trim();
+    document.body.dataset.parameters = JSON.stringify(parameters);
+  }
+
+  /** Show the robot that the next click changes where it can be drawn and named. */
+  #showEdited() {
+    const design = this.#state[this.#which] || this.#state.design;
+    this.editor.show(digitsOf(Number(design)));
+    find("find-text").value = design;
   }
 
   #play(recording, query) {
@@ -193,32 +177,42 @@ class App {
 
   // The landscape
 
-  async #recompute() {
-    const { parameters } = this.#state;
-    const isPublished = Object.keys(parameters).length === 0;
+  #set(parameters) {
+    find("message").textContent = "";
+    this.#wanted = { ...this.#wanted, parameters };
+    this.#recompute();
+  }
+
+  /** Compute the landscape that is wanted, then the robots on it. */
+  async #recompute(isStep = true) {
+    const { parameters } = this.#wanted;
     this.#progress(0, 6561);
     try {
-      const told = await this.#ask("landscape", (signal) =>
+      const told = await this.#asked.landscape.ask((signal) =>
         work("/api/landscape", { parameters }, signal, (...far) => this.#progress(...far)),
       );
-      if (!told) return;
-      this.#values = told.values;
-      this.#applied = parameters;
-      this.controls.complain(null, "");
-      find("message").textContent = "";
-      panels.fillChanges(find("changes"), told.changes, told.warnings, isPublished);
-      const { best, best_before: before } = told.changes;
-      this.map.showBest(isPublished ? null : { from: before.design, to: best.design });
-      this.#paint();
-      this.#progress(null);
-      await this.#simulate();
+      if (!told) return; // a newer one is under way, and the bar is its own
+      this.#record({ parameters }, isStep);
+      this.#showLandscape(told);
     } catch (error) {
-      this.#progress(null);
+      this.#wanted = { ...this.#wanted, parameters: this.#state.parameters };
+      // What was typed stays where the mistake is its own.
+      if (!this.controls.has(error.parameter)) this.controls.parameters = this.#state.parameters;
       this.#complain(error);
-      this.#change({ parameters: this.#applied });
-      if (!this.#robots) await this.#simulate();
+      this.#record({}, false);
     }
-    document.body.dataset.parameters = JSON.stringify(this.#applied);
+    this.#progress(null);
+    await this.#simulate(isStep);
+  }
+
+  #showLandscape({ values, changes, warnings }) {
+    const isPublished = Object.keys(this.#state.parameters).length === 0;
+    this.#values = values;
+    this.controls.clear();
+    panels.fillChanges(find("changes"), changes, warnings, isPublished);
+    const { best, best_before: before } = changes;
+    this.map.showBest(isPublished ? null : { from: before.design, to: best.design });
+    this.#paint();
   }
 
   #progress(done, total) {
@@ -230,90 +224,25 @@ class App {
   }
 
   #paint() {
-    const { colour, scale, low, high, unit } = colouring(this.#state.map, this.#atlas, this.#values);
-    this.map.paint(colour);
-    drawScale(find("scale"), scale);
-    Object.entries({ low, high, unit }).forEach(([id, text]) => (find(id).textContent = text));
-  }
-
-  // A searcher's path
-
-  /** Offer the searchers of some results, or those that can run live. */
-  #offer(results) {
-    const names = this.#searchers[results] ?? [];
-    find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
-    const isLive = !results;
-    find("search").textContent = isLive ? "Search" : "Show";
-    find("path-source").textContent = isLive
-      ? "A live run, on the published landscape."
-      : "Recorded; the budget is how many evaluations are shown.";
-  }
-
-  async #search() {
-    const { results, searcher, seed, budget } = this.#state;
-    if (!searcher) return this.#clearPath();
-    const asked = { results, searcher, seed, budget };
-    const bar = find("path-progress");
-    bar.hidden = false;
-    bar.removeAttribute("value");
-    find("path-text").textContent = "";
-    try {
-      const path = await this.#ask("path", (signal) =>
-        work("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
-      );
-      if (!path) return;
-      this.#path = { ...path, best: panels.improvements(path) };
-      const upto = find("upto");
-      upto.max = path.designs.length;
-      upto.value = path.designs.length;
-      find("upto-row").hidden = false;
-      this.#showPath();
-    } catch (error) {
-      this.#clearPath();
-      if (!(error instanceof Refused)) throw error;
-      find("path-text").textContent = error.message;
-    }
-    bar.hidden = true;
-  }
-
-  #showPath() {
-    const upto = Number(find("upto").value);
-    this.map.showPath({ ...this.#path, upto });
-    find("path-text").textContent = panels.pathInShort(this.#path, upto, this.#atlas);
-  }
-
-  #clearPath() {
-    this.#newest.path?.abort();
-    this.#newest.path = null;
-    this.#path = null;
-    this.map.showPath(null);
-    find("upto-row").hidden = true;
-    find("path-progress").hidden = true;
-    find("path-text").textContent = "";
+    const made = colouring(this.#state.map, this.#atlas, this.#values);
+    this.map.paint(made);
+    drawScale(find("scale"), made.scale);
+    for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
   }
 
   // To keep and to share
 
   #saveCsv() {
-    const table = panels.asCsv(this.#atlas, this.#values);
-    save(new Blob([table], { type: "text/csv" }), "landscape.csv");
+    const table = new Blob([csvOf(this.#atlas, this.#values)], { type: "text/csv" });
+    save(table, `${nameOf("landscape", this.#state.parameters)}.csv`);
   }
 
-  #savePng() {
-    const [map, scale] = [find("map"), find("scale")];
-    const all = Object.assign(document.createElement("canvas"), { width: 680, height: 730 });
-    const pen = all.getContext("2d");
-    pen.fillStyle = "#fff";
-    pen.fillRect(0, 0, all.width, all.height);
-    pen.drawImage(map, 16, 16);
-    pen.drawImage(scale, 16, 676, map.width, 14);
-    pen.fillStyle = "#1a1f29";
-    pen.font = "15px system-ui, sans-serif";
-    for (const [id, align, x] of [["low", "left", 16], ["unit", "center", 340], ["high", "right", 664]]) {
-      pen.textAlign = align;
-      pen.fillText(find(id).textContent, x, 712);
-    }
-    all.toBlob((blob) => save(blob, `landscape-${this.#state.map}.png`));
+  async #savePng() {
+    const { map, parameters } = this.#state;
+    const words = ["low", "unit", "high"].map((id) => find(id).textContent);
+    const physics = `physics: ${wordsOf(parameters) || "as published"}`;
+    const picture = await pictureOf(find("map"), find("scale"), words, physics);
+    save(picture, `${nameOf(`landscape-${map}`, parameters)}.png`);
   }
 
   async #share() {

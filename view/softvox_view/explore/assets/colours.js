@@ -2,9 +2,10 @@
 
 import { cividis, puOr, sample, twilight } from "./palettes.js";
 
-const NOTHING = [128, 128, 128]; // diverged
-const STILL = [200, 200, 200]; // travels too little to have a heading
-const SOME_TRAVEL = 0.25; // voxel widths, from which on a heading has its full colour
+const LIGHT = "#fff";
+const DARK = "#1a1f29";
+const SOME_TRAVEL = 0.25; // voxel widths: what travels less has no heading to speak of
+const DIMMED = 0.86; // headings are darker than the white of those that have none
 
 /** The heading of a displacement, degrees from +x towards +y. */
 export function heading(dx, dy) {
@@ -12,12 +13,17 @@ export function heading(dx, dy) {
 }
 
 /**
- * Return how to colour a map: {colour(design) -> [r, g, b], scale(share) -> [r, g, b], low, high,
- * unit}.
+ * Return how to colour a map: {colour(design) -> [r, g, b] or null where it diverged,
+ * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
  */
 export function colouring(kind, atlas, values) {
-  if (kind === "heading") return headings(values);
-  if (kind === "difference") return differences(atlas, values);
+  const made = { heading: headings, difference: differences }[kind] ?? fitnesses;
+  const has = values.fitness.includes(null) && kind !== "noise";
+  const { unit, ...rest } = made(atlas, values, kind);
+  return { ...rest, unit: has ? `${unit}; ×: diverged` : unit };
+}
+
+function fitnesses(atlas, values, kind) {
   const shown = kind === "noise" ? atlas.noise : values.fitness;
   const high = Math.max(1e-9, ...shown.filter((value) => value !== null));
   const unit =
@@ -25,27 +31,29 @@ export function colouring(kind, atlas, values) {
       ? `mean fitness under noise of level ${atlas.noise_level}, published physics`
       : "fitness, voxel widths";
   return {
-    colour: (i) => (shown[i] === null ? NOTHING : sample(cividis, shown[i] / high)),
+    colour: (i) => (shown[i] === null ? null : sample(cividis, shown[i] / high)),
     scale: (share) => sample(cividis, share),
+    grid: LIGHT,
     low: "0",
     high: high.toFixed(2),
     unit,
   };
 }
 
-function headings({ dx, dy, fitness }) {
-  const scale = (share) => sample(twilight, share);
+function headings(_, { dx, dy, fitness }) {
+  // As in the figure of headings: dark towards −x, light towards +x.
+  const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
   return {
     colour: (i) => {
-      if (fitness[i] === null) return NOTHING;
-      const strength = Math.min(1, fitness[i] / SOME_TRAVEL);
-      const full = scale((heading(dx[i], dy[i]) + 180) / 360);
-      return full.map((c, k) => STILL[k] + strength * (c - STILL[k]));
+      if (fitness[i] === null) return null;
+      if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
+      return scale((heading(dx[i], dy[i]) + 180) / 360);
     },
     scale,
+    grid: DARK,
     low: "−180°",
     high: "180°",
-    unit: "heading, 0° is +x; grey: hardly travels",
+    unit: "heading, 0° is +x; white: hardly travels",
   };
 }
 
@@ -54,8 +62,9 @@ function differences(atlas, { fitness }) {
   const most = Math.max(...change.map((value) => Math.abs(value ?? 0)));
   const half = most || 1;
   return {
-    colour: (i) => (change[i] === null ? NOTHING : sample(puOr, 0.5 + change[i] / (2 * half))),
+    colour: (i) => (change[i] === null ? null : sample(puOr, 0.5 + change[i] / (2 * half))),
     scale: (share) => sample(puOr, share),
+    grid: DARK,
     low: most ? `−${most.toFixed(2)}` : "",
     high: most ? `+${most.toFixed(2)}` : "",
     unit: most ? "fitness now less published, voxel widths" : "no difference: the physics is as published",

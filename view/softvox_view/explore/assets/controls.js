@@ -27,16 +27,30 @@ export class Controls {
       row.range && (row.range.value = row.field.value);
       this.#style(row);
     }
-    this.complain(null, "");
+    this.clear();
   }
 
-  /** Say under a parameter what is wrong with it; null for none. */
-  complain(name, message) {
-    for (const [other, { field, error }] of this.#rows) {
-      error.textContent = other === name ? message : "";
-      field.setAttribute("aria-invalid", String(other === name));
-    }
+  /** Whether there is a parameter of this name. */
+  has(name) {
     return this.#rows.has(name);
+  }
+
+  /** Say under a parameter what is wrong with it; return whether there is such a parameter. */
+  complain(name, message) {
+    if (!this.has(name)) return false;
+    this.clear();
+    const { field, error } = this.#rows.get(name);
+    error.textContent = message;
+    field.setAttribute("aria-invalid", "true");
+    return true;
+  }
+
+  /** Take back all complaints. */
+  clear() {
+    for (const { field, error } of this.#rows.values()) {
+      error.textContent = "";
+      field.setAttribute("aria-invalid", "false");
+    }
   }
 
   #addSlider({ name, label, unit, low, high, step, default: standard }) {

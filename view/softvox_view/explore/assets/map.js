@@ -11,6 +11,8 @@ export class LandscapeMap {
   #cells; // the design of a cell, row by row from the bottom
   #placeOf = []; // [column, row] of a design
   #pixels;
+  #grid = "#fff";
+  #diverged = [];
   #cursor = null; // [column, row]
   #marks = {};
   #best = null;
@@ -33,13 +35,17 @@ export class LandscapeMap {
     canvas.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  /** Colour the cells: colour(design) -> [r, g, b]. */
-  paint(colour) {
+  /** Colour the cells: colour(design) -> [r, g, b], or null to cross it out; grid is a colour. */
+  paint({ colour, grid }) {
     const image = new ImageData(this.#side, this.#side);
+    this.#grid = grid;
+    this.#diverged = [];
     this.#cells.forEach((design, k) => {
       const row = this.#side - 1 - Math.floor(k / this.#side);
       const at = 4 * (row * this.#side + (k % this.#side));
-      image.data.set([...colour(design).map(Math.round), 255], at);
+      const made = colour(design);
+      if (!made) this.#diverged.push(design);
+      image.data.set([...(made ?? [255, 255, 255]).map(Math.round), 255], at);
     });
     this.#pixels.getContext("2d").putImageData(image, 0, 0);
     this.draw();
@@ -67,7 +73,8 @@ export class LandscapeMap {
     const { width, height } = this.#canvas;
     this.#pen.imageSmoothingEnabled = false;
     this.#pen.drawImage(this.#pixels, 0, 0, width, height);
-    this.#grid();
+    this.#drawDiverged();
+    this.#drawGrid();
     if (this.#path) this.#drawPath(this.#path);
     if (this.#best) this.#drawBest(this.#best);
     for (const [name, letter] of Object.entries(MARKS)) {
@@ -132,11 +139,27 @@ export class LandscapeMap {
     event.preventDefault();
   }
 
-  #grid() {
+  #drawDiverged() {
     const pen = this.#pen;
-    for (const [parts, alpha] of [[9, 0.18], [3, 0.5]]) {
-      pen.strokeStyle = `rgba(255, 255, 255, ${alpha})`;
-      pen.lineWidth = 1;
+    const reach = 0.3 * this.#cell;
+    pen.strokeStyle = "#000";
+    pen.lineWidth = 1;
+    pen.beginPath();
+    for (const [x, y] of this.#diverged.map((design) => this.#centre(design))) {
+      for (const slope of [1, -1]) {
+        pen.moveTo(x - reach, y - slope * reach);
+        pen.lineTo(x + reach, y + slope * reach);
+      }
+    }
+    pen.stroke();
+  }
+
+  #drawGrid() {
+    const pen = this.#pen;
+    pen.strokeStyle = this.#grid;
+    pen.lineWidth = 1;
+    for (const [parts, alpha] of [[9, 0.2], [3, 0.5]]) {
+      pen.globalAlpha = alpha;
       pen.beginPath();
       for (let k = 1; k < parts; k++) {
         const at = Math.round((k * this.#canvas.width) / parts);
@@ -147,6 +170,7 @@ export class LandscapeMap {
       }
       pen.stroke();
     }
+    pen.globalAlpha = 1;
   }
 
   /** Draw a shape in white on black, to be seen on any colour. */

@@ -45,13 +45,13 @@ export function fillFacts(table, robots, atlas, values) {
   ];
   const two = robots.length > 1;
   const head = document.createElement("tr");
-  head.append(cell("th", ""), ...robots.map((_, k) => cell("th", "AB"[k])));
-  if (two) head.append(cell("th", "B − A"));
+  head.append(cell("td"), ...robots.map((_, k) => headCell("AB"[k], "col")));
+  if (two) head.append(headCell("B − A", "col"));
   const body = rows.map(([name, of, decimals]) => {
     const row = document.createElement("tr");
     const told = robots.map(of);
     const show = (value) => (typeof value === "string" || !decimals ? value : number(value, decimals));
-    row.append(cell("th", name), ...told.map((value) => cell("td", show(value))));
+    row.append(headCell(name, "row"), ...told.map((value) => cell("td", show(value))));
     if (two) {
       const isNumber = decimals && told.every((value) => typeof value === "number");
       const change = name.startsWith("heading") ? turn(told[1] - told[0]) : told[1] - told[0];
@@ -67,11 +67,14 @@ function turn(degrees) {
   return ((((degrees + 180) % 360) + 360) % 360) - 180;
 }
 
-function cell(kind, text) {
+function cell(kind, text = "") {
   const made = document.createElement(kind);
   made.textContent = text;
-  if (kind === "th") made.scope = "col";
   return made;
+}
+
+function headCell(text, scope) {
+  return Object.assign(cell("th", text), { scope });
 }
 
 /** Tell what changed against the published landscape. */
@@ -87,7 +90,7 @@ export function fillChanges(place, changes, warnings, isPublished) {
       lines.push([`☆ ${before.design} was the best: now rank ${before.rank}, ${number(before.fitness)}`]);
     }
     lines.push([`mean change ${number(changes.mean_difference, 3, true)} voxel widths`]);
-    if (changes.diverged) lines.push([`${changes.diverged} designs diverged`]);
+    if (changes.diverged) lines.push([`${changes.diverged} designs diverged (×)`]);
   }
   place.replaceChildren(
     ...lines.map(([words, kind = ""]) => {
@@ -124,20 +127,4 @@ export function pathInShort(path, upto, atlas) {
   const when = path.total > upto ? ` after all ${path.total}` : "";
   const end = isEnd ? `; it recommends ${path.recommended}${when}, rank ${path.rank} of all` : "";
   return `${words}; ${found}${end}`;
-}
-
-/** All designs as they are now, as CSV; the numbers carry every bit. */
-export function asCsv(atlas, values) {
-  const rows = values.fitness.map((fitness, i) => [
-    i,
-    digitsOf(i),
-    values.dx[i] ?? "",
-    values.dy[i] ?? "",
-    fitness ?? "",
-    fitness === null ? "diverged" : "ok",
-    atlas.fitness[i],
-    atlas.noise[i],
-  ]);
-  const head = "design,digits,dx,dy,fitness,status,fitness_published,mean_under_noise";
-  return `${[head, ...rows.map((row) => row.join(","))].join("\n")}\n`;
 }

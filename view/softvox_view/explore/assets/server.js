@@ -11,16 +11,36 @@ export class Refused extends Error {
   }
 }
 
-const UNREACHABLE = "The server doesn't answer; start softvox explore again, then reload the page.";
+const UNREACHABLE =
+  "The server doesn't answer or broke off; start softvox explore again, then reload the page.";
+
+/** Requests of one kind, of which only the newest matters. */
+export class Newest {
+  #mine = null;
+
+  /** Ask in place of what was asked before; null where something newer took the place of this. */
+  async ask(request) {
+    this.cancel();
+    const mine = new AbortController();
+    this.#mine = mine;
+    try {
+      const answer = await request(mine.signal);
+      return this.#mine === mine ? answer : null;
+    } catch (error) {
+      if (this.#mine === mine) throw error;
+      return null;
+    }
+  }
+
+  /** Ask for nothing any more. */
+  cancel() {
+    this.#mine?.abort();
+    this.#mine = null;
+  }
+}
 
 async function request(path, options) {
-  let response;
-  try {
-    response = await fetch(path, options);
-  } catch (error) {
-    if (error.name === "AbortError") throw error;
-    throw new Refused(UNREACHABLE);
-  }
+  const response = await fetch(path, options).catch(broken);
   if (response.ok) return response;
   const told = await response.json().catch(() => ({ error: `status ${response.status}` }));
   throw new Refused(told.error, told.parameter);
@@ -34,10 +54,10 @@ export function address(path, query = {}) {
 
 /** Return the JSON at an address. */
 export async function get(path, query, signal) {
-  return (await request(address(path, query), { signal })).json();
+  return (await request(address(path, query), { signal })).json().catch(broken);
 }
 
-/** Ask for long work: calls `progress(done, total)`, and returns its result; null if superseded. */
+/** Ask for long work: calls `progress(done, total)`, and returns its result. */
 export async function work(path, body, signal, progress) {
   const response = await request(path, {
     method: "POST",
@@ -49,16 +69,20 @@ export async function work(path, body, signal, progress) {
     if (event.event === "progress") progress(event.done, event.total);
     else if (event.event === "done") return event;
     else if (event.event === "error") throw new Refused(event.error);
-    else return null;
+    else break; // the server ends
   }
   throw new Refused(UNREACHABLE);
+}
+
+function broken(error) {
+  throw error.name === "AbortError" ? error : new Refused(UNREACHABLE);
 }
 
 async function* lines(body) {
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();
   let rest = "";
   for (;;) {
-    const { done, value } = await reader.read();
+    const { done, value } = await reader.read().catch(broken);
     if (done) return;
     const parts = (rest + value).split("\n");
     rest = parts.pop();

@@ -9,8 +9,8 @@ export const DEFAULTS = {
   seed: "1",
   budget: "100",
 };
-/** What tells something only beside a searcher, and then always. */
-const OF_PATH = ["results", "seed", "budget"];
+/** What tells which searcher's path is shown. */
+export const PATH = ["results", "searcher", "seed", "budget"];
 
 export const KINDS = ["fitness", "heading", "noise", "difference"];
 
@@ -18,10 +18,9 @@ export const KINDS = ["fitness", "heading", "noise", "difference"];
 export function read(hash) {
   const state = { ...DEFAULTS, parameters: {} };
   for (const [name, value] of new URLSearchParams(hash.replace(/^#/, ""))) {
-    if (name in DEFAULTS) state[name] = value;
+    if (Object.hasOwn(DEFAULTS, name)) state[name] = value;
     else state.parameters[name] = value;
   }
-  if (!KINDS.includes(state.map)) state.map = DEFAULTS.map;
   return state;
 }
 
@@ -29,11 +28,17 @@ export function read(hash) {
 export function written(state) {
   const query = new URLSearchParams();
   for (const name of Object.keys(DEFAULTS)) {
-    const isTold = OF_PATH.includes(name)
-      ? state.searcher && state[name]
-      : state[name] !== DEFAULTS[name];
+    // Of a path everything is told, and nothing where there is none.
+    const isTold = PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
     if (isTold) query.set(name, state[name]);
   }
   for (const [name, value] of Object.entries(state.parameters)) query.set(name, value);
   return query.toString();
+}
+
+/** What differs from the published physics, for people; nothing for nothing. */
+export function wordsOf(parameters) {
+  return Object.entries(parameters)
+    .map(([name, value]) => `${name.replaceAll("_", " ")} ${value}`)
+    .join(", ");
 }

@@ -1,0 +1,185 @@
+"""What the address tells is what is seen, and what goes wrong is told and leaves that as it was."""
+
+import pytest
+from chromium import WEBGL, chromium, errors, needs_chromium
+
+pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
+pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
+
+from explore_page import DESKTOP, applied, entered, facts, mouse, one, opened, shown, sized, until
+from explore_serving import serving
+
+from softvox_gym import simulate
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture(scope="module")
+def served():
+    with serving() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def driver():
+    with chromium(*WEBGL, width=1300, height=900) as driver:
+        sized(driver, *DESKTOP)
+        yield driver
+
+
+def robots(driver):
+    return shown(driver, "robot-panel", "dataset.designs")
+
+
+def state(driver):
+    return driver.current_url.partition("#")[2]
+
+
+def went(driver, text):
+    """Change the address as somebody does who pastes a link into it."""
+    driver.execute_script("location.hash = arguments[0]", text)
+
+
+@pytest.mark.parametrize(
+    ("address", "place", "words", "seen"),
+    [
+        ("design=9999", "message", "design '9999' is neither a number", ""),
+        ("compare=9999", "message", "design '9999' is neither a number", ""),
+        ("design=4295&compare=x", "message", "design 'x' is neither", "design=4295"),
+        ("design=x&compare=4295", "message", "design 'x' is neither", "compare=4295"),
+        ("friction_static=-1", "error-friction_static", "must be finite and not negative", ""),
+        ("nonsense=1", "message", "there is no parameter 'nonsense'", ""),
+        ("toString=1&design=4295", "message", "no parameter 'toString'", "design=4295"),
+        ("map=bogus", "message", "there is no map bogus; the maps are fitness, heading", ""),
+    ],
+)
+def test_an_address_with_a_mistake_says_so_and_shows_the_rest(
+    driver, served, address, place, words, seen
+):
+    opened(driver, served, address)
+    assert words in shown(driver, place)
+    assert applied(driver) == {}
+    expected = {"": "6453", "design=4295": "4295", "compare=4295": "6453 4295"}[seen]
+    until(lambda: robots(driver) == expected)
+    assert state(driver) == seen
+    assert errors(driver) == [] or all("422" in error for error in errors(driver))
+
+
+def test_two_mistakes_are_both_told(driver, served):
+    opened(driver, served, "compare=x&gravity=bad")
+    assert shown(driver, "error-gravity") == "gravity must be a number, got 'bad'"
+    assert "design 'x' is neither" in shown(driver, "message")
+
+
+@pytest.mark.parametrize(
+    ("address", "words", "seen"),
+    [
+        ("design=4295&gravity=bad", "gravity must be a number", "4295"),
+        ("design=9999", "design '9999' is neither", "2117"),
+    ],
+)
+def test_another_address_with_a_mistake_keeps_what_was_seen_where_it_can(
+    driver, served, address, words, seen
+):
+    opened(driver, served, "design=2117")
+    went(driver, address)
+    until(lambda: words in shown(driver, "message") + shown(driver, "error-gravity"))
+    until(lambda: robots(driver) == seen)
+    assert state(driver) == f"design={seen}"
+    one(driver, "#which input[value='compare']").click()
+    mouse(driver, 116).click().perform()
+    until(lambda: robots(driver) == f"{seen} 116")
+    one(driver, "#which input[value='design']").click()
+
+
+def test_back_and_forward_lead_through_what_was_seen(driver, served):
+    opened(driver, served)
+    mouse(driver, 4295).click().perform()
+    until(lambda: robots(driver) == "4295")
+    entered(driver, "#value-gravity", "-3")
+    until(lambda: applied(driver) == {"gravity": "-3"})
+    driver.back()
+    until(lambda: applied(driver) == {})
+    assert (robots(driver), state(driver)) == ("4295", "design=4295")
+    assert shown(driver, "value-gravity", "value") == "-9.81"
+    driver.back()
+    until(lambda: robots(driver) == "6453")
+    driver.forward()
+    until(lambda: robots(driver) == "4295")
+    driver.forward()
+    until(lambda: applied(driver) == {"gravity": "-3"})
+    assert facts(driver)["published"] == [f"{simulate(4295).fitness[0]:.4f}"]
+    assert errors(driver) == []
+
+
+def test_what_is_refused_is_no_step_back(driver, served):
+    opened(driver, served, "design=4295")
+    before = driver.execute_script("return history.length")
+    entered(driver, "#find-text", "6561")
+    until(lambda: shown(driver, "message"))
+    entered(driver, "#value-friction_static", "-1")
+    until(lambda: shown(driver, "error-friction_static"))
+    assert driver.execute_script("return history.length") == before
+    assert state(driver) == "design=4295"
+
+
+def test_a_click_just_before_a_landscape_arrives_is_not_lost(driver, served):
+    """The robots of the new landscape are asked for while those of the click are under way."""
+    for delay in (0, 20, 60, 120, 200):
+        opened(driver, served)
+        driver.execute_script(
+            """const field = document.getElementById("value-gravity");
+            field.value = "-3";
+            field.dispatchEvent(new Event("change"));
+            setTimeout(() => {
+              const detail = { design: 4295 };
+              document.getElementById("map").dispatchEvent(new CustomEvent("pick", { detail }));
+            }, arguments[0]);""",
+            delay,
+        )
+        until(lambda: applied(driver) == {"gravity": "-3"})
+        until(lambda: robots(driver) == "4295")
+        assert state(driver) == "design=4295&gravity=-3"
+
+
+def test_the_robot_that_a_click_sets_is_the_one_to_edit(driver, served):
+    opened(driver, served, "design=6453&compare=4295")
+    one(driver, "#which input[value='compare']").click()
+    assert shown(driver, "find-text", "value") == "4295"
+    one(driver, "[data-site='1']").click()
+    until(lambda: robots(driver) == f"6453 {4295 + 3}")
+    one(driver, "#which input[value='design']").click()
+    assert shown(driver, "find-text", "value") == "6453"
+
+
+def test_infinite_travel_is_crossed_out(driver, served):
+    opened(driver, served)
+    entered(driver, "#value-strain", "1e300")
+    until(lambda: applied(driver) == {"strain": "1e300"})
+    assert "designs diverged (\N{MULTIPLICATION SIGN})" in shown(driver, "changes")
+    assert shown(driver, "unit").endswith("\N{MULTIPLICATION SIGN}: diverged")
+    assert facts(driver)["fitness"] == ["diverged"]
+    assert errors(driver) == []
+
+
+@pytest.mark.parametrize("kind", ["landscape", "path"])
+def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(driver, kind):
+    place = "message" if kind == "landscape" else "path-text"
+    with serving() as running:
+        opened(driver, running, "design=4295")
+        if kind == "landscape":
+            entered(driver, "#value-gravity", "-2.5")
+        else:
+            pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+            one(driver, "#searcher").send_keys("ga")
+            entered(driver, "#budget", "2000")
+        until(lambda: running.explorer.jobs.running)
+    until(lambda: "start softvox explore again" in shown(driver, place))
+    assert until(lambda: shown(driver, "progress-row", "hidden"))
+    assert until(lambda: shown(driver, "path-progress", "hidden"))
+    assert shown(driver, "value-gravity", "value") == "-9.81"
+    assert (applied(driver), robots(driver)) == ({}, "4295")
+    assert not [error for error in errors(driver) if "Uncaught" in error]
+    entered(driver, "#value-gravity", "-2.6")
+    until(lambda: "start softvox explore again" in shown(driver, "message"))
+    until(lambda: shown(driver, "value-gravity", "value") == "-9.81")

@@ -1,0 +1,106 @@
+// A searcher's path over the map: its form, and what is told of it.
+
+import { improvements, pathInShort } from "./panels.js";
+import { Newest, Refused, work } from "./server.js";
+import { DEFAULTS, PATH } from "./state.js";
+
+const find = (id) => document.getElementById(id);
+
+/** The form of paths; calls onChange(fields) when another one is asked for, or none. */
+export class PathPanel {
+  #atlas;
+  #map;
+  #searchers; // names, by the results that they are of; "" for live runs
+  #asked = new Newest();
+  #path = null;
+
+  constructor({ searchers, results, most_budget }, atlas, map, onChange) {
+    this.#atlas = atlas;
+    this.#map = map;
+    this.#searchers = { "": searchers, ...results };
+    const sources = Object.keys(results);
+    find("results").append(new Option("a live run", ""), ...sources.map((s) => new Option(s, s)));
+    find("results-row").hidden = !sources.length;
+    find("budget").max = most_budget;
+    this.#listen(onChange);
+  }
+
+  /** Show the path that fields tell: results, searcher, seed, budget. */
+  show(fields) {
+    find("results").value = fields.results;
+    this.#offer(fields.results);
+    for (const name of ["searcher", "seed", "budget"]) find(name).value = fields[name];
+    if (fields.searcher) this.#search(fields);
+    else this.#clear();
+  }
+
+  #listen(onChange) {
+    find("path").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const fields = Object.fromEntries(PATH.map((name) => [name, find(name).value]));
+      onChange(fields);
+      this.show(fields);
+    });
+    find("results").addEventListener("change", ({ target: { value } }) => {
+      this.#offer(value);
+      find("seed").value = value ? "0" : DEFAULTS.seed;
+    });
+    find("clear-path").addEventListener("click", () => {
+      const fields = Object.fromEntries(PATH.map((name) => [name, DEFAULTS[name]]));
+      onChange(fields);
+      this.show(fields);
+    });
+    find("upto").addEventListener("input", () => this.#draw());
+  }
+
+  /** Offer the searchers of some results, or those that can run live. */
+  #offer(results) {
+    const names = this.#searchers[results] ?? [];
+    find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
+    const isLive = !results;
+    find("search").textContent = isLive ? "Search" : "Show";
+    find("path-source").textContent = isLive
+      ? "A live run, on the published landscape."
+      : "Recorded; the budget is how many evaluations are shown.";
+  }
+
+  async #search({ results, searcher, seed, budget }) {
+    const bar = find("path-progress");
+    bar.hidden = false;
+    bar.removeAttribute("value");
+    find("path-text").textContent = "";
+    try {
+      const asked = { results, searcher, seed, budget };
+      const path = await this.#asked.ask((signal) =>
+        work("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
+      );
+      if (!path) return; // a newer one is under way, and the bar is its own
+      this.#path = { ...path, best: improvements(path) };
+      const upto = find("upto");
+      upto.max = path.designs.length;
+      upto.value = path.designs.length;
+      find("upto-row").hidden = false;
+      this.#draw();
+    } catch (error) {
+      this.#clear();
+      find("path-text").textContent = error.message;
+      if (!(error instanceof Refused)) reportError(error);
+    }
+    bar.hidden = true;
+  }
+
+  #draw() {
+    const upto = Number(find("upto").value);
+    this.#map.showPath({ ...this.#path, upto });
+    find("path-text").textContent = pathInShort(this.#path, upto, this.#atlas);
+  }
+
+  #clear() {
+    this.#asked.cancel();
+    this.#path = null;
+    this.#map.showPath(null);
+    find("upto-row").hidden = true;
+    find("path-progress").hidden = true;
+    find("path-text").textContent = "";
+  }
+}
