@@ -147,7 +147,7 @@ def read(folder: Path) -> Recorded:
     for path in (table, evaluations):
         if not path.is_file():
             raise FolderError(
-                f"{folder} has no {path.name}, which softvox compare FILE.toml writes into its folder"
+                f"{folder} has no {path.name}, which softvox compare FILE.toml writes there"
             )
     _check_columns(evaluations, ("run", "sequence", "design", "fitness"))
     return Recorded(folder.resolve().name, evaluations, _runs(table))
