@@ -28,6 +28,7 @@ def folder(tmp_path_factory, result):
     for name, places in {"one": (0,), "three": (0, 1, 2)}.items():
         data, still = replay.recording(result, *places), replay.still(result, *places)
         (made / f"{name}.html").write_text(replay.page(data, still, autoplay=False), "utf-8")
+        (made / f"{name}-plays.html").write_text(replay.page(data, still, speed=0.25), "utf-8")
     (made / "empty.html").write_text("<!doctype html>", "utf-8")
     (made / "notebook.html").write_text(f"<!doctype html>{result._repr_html_()}", "utf-8")
     return made
@@ -91,7 +92,7 @@ def test_scrubbing_changes_what_is_seen(page):
     scrub(page, 300)
     after = picture(page)
     assert np.count_nonzero(coloured(before) != coloured(after)) > 1000
-    assert page.find_element("css selector", "output").text == f"{300 * 23 * 4.5297e-4:.2f} s"
+    assert page.find_element("css selector", ".clock").text == f"{300 * 23 * 4.5297e-4:.2f} s"
 
 
 @pytest.mark.parametrize("frame", [0, 101, 250, 383])
@@ -114,6 +115,51 @@ def test_the_frame_shown_is_the_frame_asked_for(page, result, frame):
     assert all(overlap(other) < overlap(frame) for other in others)
 
 
+def test_the_whole_picture_is_that_of_the_other_renderer(page, result):
+    """Floor, grid, axes, shadow and shading, in frames before the trail begins."""
+    for frame in (0, 12):
+        asked(page, f"player.seek({frame})")
+        seen = picture(page)
+        height, width, _ = seen.shape
+        pose = replay.pose(result, 0, frame)
+        drawn = render(pose, width=width, height=height, distance=fitting_distance(pose))
+        # Counts of 255, mostly at edges, 0.21 at frame 0. There it is 0.55 where the shadow has no
+        # soft edge, 0.59 without the axes, 1.2 without the grid, 2.0 without shadow or shading.
+        assert np.abs(seen - drawn).mean() < 0.35
+
+
+def violet(driver):
+    red, green, blue = np.moveaxis(picture(driver), -1, 0)
+    return np.count_nonzero((blue - green > 40) & (red - green > 15) & (blue - red > 15))
+
+
+def test_the_trail_grows_from_where_the_pump_begins(page):
+    asked(page, "player.view = { follow: false, elevation: 80 }")
+    lengths = []
+    for frame in (0, 20, 180, 240, 300, 383):
+        asked(page, f"player.seek({frame})")
+        lengths.append(violet(page))
+    assert lengths[:2] == [0, 0]
+    assert lengths[2] > 30  # pixels; before, the robot still stands on it
+    assert all(np.diff(lengths[2:]) > 50)
+
+
+def test_the_dot_shows_the_phase_of_the_pump(page):
+    def dot():
+        circle = page.find_element("css selector", ".softvox-pump circle")
+        return [float(circle.get_attribute(name)) for name in ("cx", "cy")]
+
+    words = page.find_element("css selector", ".softvox-pump text")
+    asked(page, "player.seek(10)")
+    assert words.text == "settling"
+    for frame in (120, 133):
+        asked(page, f"player.seek({frame})")
+        cycle = (frame * 23 * 4.5296291666709763e-4 - 0.25) * 3.999999807746178
+        assert words.text == f"cycle {int(cycle) + 1}"
+        across = 4 + 92 * (cycle % 1)
+        assert dot() == pytest.approx([across, 26 - 20 * np.sin(2 * np.pi * cycle)], abs=1e-3)
+
+
 def test_a_frame_beyond_the_recording_is_its_nearest_end(page):
     assert asked(page, "player.seek(1e9); return player.frame") == 383
     assert asked(page, "player.seek(-5); return player.frame") == 0
@@ -132,15 +178,109 @@ def test_each_frame_is_announced_with_its_time_and_cycle(page):
     assert detail[0]["cycle"] == pytest.approx((detail[0]["time"] - 0.25) * 4, rel=1e-4)
 
 
+def until(condition, seconds=10):
+    """Wait for something that is not false, and return it."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if found := condition():
+            return found
+        time.sleep(0.03)
+    raise AssertionError("waited in vain")
+
+
 def test_playing_goes_on_and_pausing_stops(page):
     asked(page, "player.seek(0); player.play()")
-    until = time.monotonic() + 10
-    while asked(page, "return player.frame") < 5 and time.monotonic() < until:
-        time.sleep(0.05)
+    until(lambda: asked(page, "return player.frame") >= 5)
     stopped = asked(page, "player.pause(); return player.frame")
     assert stopped >= 5
     time.sleep(0.3)
     assert asked(page, "return [player.frame, player.playing]") == [stopped, False]
+
+
+def test_the_buttons_play_pause_and_bring_the_view_back(page):
+    button = page.find_element("css selector", ".play")
+    for word, playing in (("pause", True), ("play", False)):
+        button.click()
+        assert (button.text, asked(page, "return player.playing")) == (word, playing)
+    asked(page, "player.view = { azimuth: 10, elevation: 50, zoom: 2 }")
+    page.find_element("css selector", ".reset").click()
+    view = {"azimuth": -62, "elevation": 27, "zoom": 1, "follow": True}
+    assert asked(page, "return player.view") == view
+
+
+def test_playing_begins_again_after_the_last_frame(page):
+    asked(page, "player.seek(380); player.play()")
+    until(lambda: asked(page, "return player.frame") < 300)
+    asked(page, "player.pause()")
+
+
+def test_the_speed_chosen_is_the_speed_played(page):
+    def played(speed):
+        """Return simulated seconds per second, both as the page's clocks have them."""
+        return page.execute_async_script(
+            PLAYER + "const done = arguments[1], choice = document.querySelector('.speed');"
+            "choice.value = arguments[0]; player.seek(0); player.play();"
+            "const element = document.getElementById('robots'); let first = null;"
+            "element.addEventListener('frame', function told({ detail }) {"
+            "  const now = [performance.now() / 1000, detail.time]; first ??= now;"
+            "  if (now[0] - first[0] < 0.8) return;"
+            "  element.removeEventListener('frame', told); player.pause();"
+            "  done((now[1] - first[1]) / (now[0] - first[0]));"
+            "})",
+            speed,
+        )
+
+    slow, fast = played("0.125"), played("1")
+    # The page's clock is that of the pictures, which a busy machine draws late, but draws.
+    assert fast / slow == pytest.approx(8, rel=0.4)
+
+
+def test_a_page_plays_by_itself_unless_less_motion_is_wished_for(driver, folder):
+    opened(driver, folder / "one-plays.html")
+    assert asked(driver, "return player.playing")
+    assert driver.find_element("css selector", ".speed").get_attribute("value") == "0.25"
+    wish = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": wish})
+    try:
+        opened(driver, folder / "one-plays.html")
+        assert not asked(driver, "return player.playing")
+    finally:
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def test_the_picture_is_as_large_as_the_window_lets_it_be(page):
+    size = "const c = document.querySelector('canvas'); return [c.width, c.height]"
+    before = page.execute_script(size)
+    window = page.get_window_size()
+    page.set_window_size(window["width"] - 200, window["height"] - 100)
+    try:
+        until(lambda: page.execute_script(size) == [before[0] - 200, before[1] - 100])
+    finally:
+        page.set_window_size(window["width"], window["height"])
+
+
+def test_another_recording_gives_the_memory_of_the_one_before_back(page):
+    alive = asked(
+        page,
+        """const of = WebGL2RenderingContext.prototype; let alive = 0;
+        const { createBuffer, deleteBuffer } = of;
+        of.createBuffer = function () { alive++; return createBuffer.call(this); };
+        of.deleteBuffer = function (b) { alive--; deleteBuffer.call(this, b); };
+        const data = JSON.parse(document.getElementById("recording").textContent);
+        const counts = [0, 1, 2, 3].map(() => { player.load(data); return alive; });
+        Object.assign(of, { createBuffer, deleteBuffer });
+        return counts;""",
+    )
+    assert alive == [0, 0, 0, 0]
+
+
+def test_keys_work_before_anything_was_clicked(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    ActionChains(page).send_keys(Keys.SPACE).perform()
+    assert asked(page, "return player.playing")
+    ActionChains(page).send_keys(Keys.SPACE, ".", ".", "f").perform()
+    assert not asked(page, "return player.playing || player.view.follow")
 
 
 def test_keys_orbit_zoom_step_and_follow(page):
@@ -169,6 +309,36 @@ def test_dragging_orbits_and_the_wheel_zooms(page):
     assert view["elevation"] == pytest.approx(27 + 20)
     ActionChains(page).scroll_from_origin(ScrollOrigin.from_element(canvas), 0, -120).perform()
     assert asked(page, "return player.view.zoom") > 1.2
+
+
+def test_another_button_than_the_first_orbits_nothing(page):
+    from selenium.webdriver.common.action_chains import ActionBuilder
+    from selenium.webdriver.common.actions.mouse_button import MouseButton
+
+    actions = ActionBuilder(page)
+    mouse = actions.pointer_action
+    mouse.move_to_location(200, 200)
+    mouse.pointer_down(MouseButton.RIGHT)
+    mouse.move_to_location(300, 250)
+    mouse.pointer_up(MouseButton.RIGHT)
+    actions.perform()
+    assert asked(page, "return player.view.azimuth") == -62
+
+
+def test_the_wheel_scrolls_a_page_that_can_scroll_until_the_player_is_chosen(page):
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+
+    page.execute_script("document.body.style.height = '3000px'; document.body.style.flex = 'none'")
+    page.execute_script("document.getElementById('robots').style.height = '400px'")
+    canvas = page.find_element("css selector", "canvas")
+    origin = ScrollOrigin.from_element(canvas)
+    ActionChains(page).scroll_from_origin(origin, 0, 60).perform()
+    assert asked(page, "return player.view.zoom") == 1
+    assert until(lambda: page.execute_script("return scrollY"))
+    canvas.click()
+    ActionChains(page).scroll_from_origin(origin, 0, -60).perform()
+    assert until(lambda: asked(page, "return player.view.zoom") > 1)
 
 
 def test_two_fingers_zoom(page):
@@ -200,6 +370,17 @@ def test_designs_stand_side_by_side_with_their_fitness(driver, folder):
     assert errors(driver) == []
 
 
+def test_a_small_panel_has_a_short_label(driver, folder):
+    size = driver.get_window_size()
+    try:
+        driver.set_window_size(520, 300)
+        opened(driver, folder / "three.html")
+        labels = driver.find_elements("css selector", ".softvox-labels div")
+        assert [label.text for label in labels] == ["6453 · 4.66", "4295 · 4.65", "6489 · 3.49"]
+    finally:
+        driver.set_window_size(size["width"], size["height"])
+
+
 def test_a_destroyed_player_leaves_the_element_as_it_was(page):
     asked(page, "player.destroy()")
     element = page.find_element("id", "robots")
@@ -208,17 +389,27 @@ def test_a_destroyed_player_leaves_the_element_as_it_was(page):
     assert errors(page) == []
 
 
-def test_the_picture_comes_back_after_the_graphics_card_was_lost(page):
+def test_while_the_graphics_card_is_lost_there_is_a_message_and_the_still_picture(page):
     asked(page, "player.seek(100)")
     before = picture(page)
     page.execute_async_script(
         "const done = arguments[0], canvas = document.querySelector('canvas');"
-        "const card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
-        "const restore = () => setTimeout(() => card.restoreContext());"
-        "canvas.addEventListener('webglcontextlost', restore);"
-        "canvas.addEventListener('webglcontextrestored', () => setTimeout(done));"
+        "window.card = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
+        "canvas.addEventListener('webglcontextlost', () => setTimeout(done));"
         "card.loseContext()"
     )
+    assert not asked(page, "return player.supported")
+    lost = page.find_element("css selector", ".softvox-lost")
+    assert "took the graphics away" in lost.text
+    assert lost.find_element("css selector", "img").is_displayed()
+    asked(page, "player.play(); player.seek(3); player.view = { follow: true }; player.seek(100)")
+    assert asked(page, "return player.picture()") is None
+    page.execute_async_script(
+        "const done = arguments[0], canvas = document.querySelector('canvas');"
+        "canvas.addEventListener('webglcontextrestored', () => setTimeout(done));"
+        "card.restoreContext()"
+    )
+    assert page.find_elements("css selector", ".softvox-lost") == []
     np.testing.assert_array_equal(picture(page), before)
     assert errors(page) == []
 
@@ -248,6 +439,16 @@ def test_without_follow_the_robot_leaves_its_place(page):
     assert moved["true"] < 40 < 100 < moved["false"]
 
 
+def test_without_follow_all_of_the_path_is_in_sight(page):
+    asked(page, "player.view = { follow: false }")
+    for frame in (0, 200, 383):
+        asked(page, f"player.seek({frame})")
+        seen = coloured(picture(page)).any(axis=0)
+        assert seen.sum() > 300
+        edges = (seen[0], seen[-1], seen[:, 0], seen[:, -1])
+        assert not any(edge.any() for edge in edges)
+
+
 def test_a_recording_of_another_kind_is_refused(page):
     refused = asked(page, "try { player.load({}) } catch (error) { return error.message }")
     assert refused == "not a recording that this player knows: softvox-replay, version 1"
@@ -270,4 +471,7 @@ def test_without_webgl_there_is_a_message_and_the_still_picture(folder):
         still = driver.find_element("css selector", "img")
         assert still.is_displayed()
         assert driver.execute_script("return arguments[0].naturalWidth", still) == 900
+        assert "Row by row: 6453" in driver.find_element("id", "robots").text
+        asked(driver, "player.view = { follow: false, zoom: 2 }; player.play(); player.seek(9)")
+        assert asked(driver, "return player.picture()") is None
         assert errors(driver) == []

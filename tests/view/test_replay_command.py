@@ -57,9 +57,10 @@ def test_several_designs_stand_in_one_page(softvox, tmp_path):
     assert path.stat().st_size < 500_000
 
 
-def test_sixteen_whole_designs_still_fit_well_under_a_megabyte(softvox, tmp_path):
-    assert softvox(*["6560"] * 16, "--out", "all.html")[0] == 0
-    assert (tmp_path / "all.html").stat().st_size < 800_000
+@pytest.mark.parametrize("designs", [["6560"] * 16, [str(i) for i in range(6400, 6416)]])
+def test_sixteen_designs_still_fit_well_under_a_megabyte(softvox, tmp_path, designs):
+    assert softvox(*designs, "--out", "all.html")[0] == 0
+    assert (tmp_path / "all.html").stat().st_size < 750_000
 
 
 def test_options_change_the_physics_and_the_cycles(softvox, tmp_path):
@@ -101,6 +102,45 @@ def test_a_gif_rounds_its_rate_to_what_a_gif_can_have(softvox, tmp_path):
     assert film.n_frames * 0.03 == pytest.approx(0.25, abs=0.03)
 
 
+@pytest.mark.parametrize(
+    ("speed", "fps", "cycles"), [("0.01", "50", "0.1"), ("0.05", "25", "0.5"), ("3", "25", "15")]
+)
+def test_a_film_lasts_as_long_as_its_speed_says_however_slow(softvox, tmp_path, speed, fps, cycles):
+    options = ("--speed", speed, "--fps", fps, "--cycles", cycles, "--width", "120")
+    assert softvox("6453", "--out", "a.gif", *options)[0] == 0
+    film = image.open(io.BytesIO((tmp_path / "a.gif").read_bytes()))
+    lasts = sum((film.seek(k), film.info["duration"])[1] / 1000 for k in range(film.n_frames))
+    assert lasts == pytest.approx(float(cycles) / 4 / float(speed), abs=1.1 / float(fps))
+
+
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_film_tells_how_far_it_is(softvox, monkeypatch, kind):
+    if kind == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    told = []
+
+    class Told(replay.Progress):
+        def __call__(self, done, total):
+            told.append((done, total))
+
+    monkeypatch.setattr(replay, "Progress", Told)
+    assert softvox("6453", "--out", f"a.{kind}", "--cycles", "1", "--width", "120")[0] == 0
+    assert told == [(k, len(told)) for k in range(1, len(told) + 1)]
+    assert len(told) > 10
+
+
+def test_a_narrow_picture_has_the_short_label(softvox, tmp_path):
+    for name, width in (("narrow", "120"), ("wide", "480")):
+        assert softvox("6453", "--out", f"{name}.png", "--width", width)[0] == 0
+    ink = {}
+    for name in ("narrow", "wide"):
+        picture = np.asarray(image.open(tmp_path / f"{name}.png").convert("L"))
+        top = picture[: round(0.11 * len(picture))]
+        ink[name] = np.flatnonzero((top < 120).any(axis=0)).max() / picture.shape[1]
+    assert ink["narrow"] < 0.75
+    assert ink["wide"] < 0.97
+
+
 def test_an_mp4_has_the_size_rate_and_pictures_asked_for(softvox, tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     options = ("--cycles", "2", "--width", "161", "--fps", "30", "--speed", "1")
@@ -140,8 +180,9 @@ def test_a_png_shows_the_robots_at_the_end(softvox, tmp_path):
         (("6453", "--out", "a.avi"), "--out must end in .html, .gif, .mp4, .png, which says"),
         (("6453", "--out", "none/a.html"), "--out none is not a folder; make it first"),
         (("6453", "--out", "."), "--out must end in"),
-        (("6453", "--cycles", "0"), "--cycles must be a positive number, got 0"),
-        (("6453", "--cycles", "nan"), "--cycles must be a positive number, got nan"),
+        (("6453", "--cycles", "0"), "--cycles must be a positive number up to 100000, got 0"),
+        (("6453", "--cycles", "nan"), "--cycles must be a positive number up to 100000, got nan"),
+        (("6453", "--cycles", "1e9"), "--cycles must be a positive number up to 100000, got 1e+09"),
         (("6453", "--cycles", "2", "--duration", "1"), "--cycles and --duration both say"),
         (("6453", "--fps", "0"), "--fps must be from 0.01 to 1000, got 0"),
         (("6453", "--speed", "nan"), "--speed must be from 0.01 to 1000, got nan"),

@@ -20,24 +20,27 @@ Picture = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 
 CAPTION_SIZE = 0.05  # of a panel's height
+SMALLEST_CAPTION = 9  # pixels, below which it can't be read
 CAPTION_INK = (26, 31, 41)
 COLOURS = 256
-SAMPLES = 6  # pictures that the colours of a GIF are taken from
+SAMPLES = 6  # beside the first, pictures that the colours of a GIF are taken from
 LOOP_FOREVER = 0
 CENTISECOND = 100  # per second: what a GIF counts in
 FASTEST_GIF = 50  # pictures per second; browsers slow faster ones down to 10
 CRF = "20"  # quality of an MP4: lower is better and larger, 18 looks lossless
 
 
-def captioned(picture: Picture, captions: Sequence[str], panel: tuple[int, int]) -> Picture:
+def captioned(
+    picture: Picture, captions: Sequence[tuple[str, str]], panel: tuple[int, int]
+) -> Picture:
     """Write a caption into the upper left corner of every panel.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (height, width, 3)
         Panels in rows, as `softvox_gym.replay.still` draws them.
-    captions : sequence of str
-        One per panel.
+    captions : sequence of (str, str)
+        One per panel: what is written, and a shorter one for where that has no room.
     panel : (int, int)
         Width and height of a panel, pixels.
     """
@@ -46,10 +49,11 @@ def captioned(picture: Picture, captions: Sequence[str], panel: tuple[int, int])
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     width, height = panel
-    size = round(CAPTION_SIZE * height)
+    size = max(round(CAPTION_SIZE * height), SMALLEST_CAPTION)
     font = ImageFont.load_default(size)
     across = columns(len(captions))
-    for k, caption in enumerate(captions):
+    for k, (long, short) in enumerate(captions):
+        caption = long if font.getlength(long) <= width - 2 * size else short
         corner = (k % across * width + size, k // across * height + size * 0.7)
         draw.text(corner, caption, fill=CAPTION_INK, font=font)
     return np.asarray(image)
@@ -89,7 +93,9 @@ def gif(
     progress : callable (done, total), optional
         Called after every picture.
     """
-    palette = _palette([draw(k) for k in sorted({i * (count - 1) // SAMPLES for i in range(7)})])
+    palette = _palette(
+        [draw(k) for k in sorted({i * (count - 1) // SAMPLES for i in range(SAMPLES + 1)})]
+    )
     pictures = (_in_colours(picture, palette) for picture in _drawn(draw, count, progress))
     file = io.BytesIO()
     next(pictures).save(

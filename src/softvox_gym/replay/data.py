@@ -108,9 +108,11 @@ def pose(result: Recorded, i: int, frame: int) -> Pose:
         Where the result has no frames, or the place is out of range.
     """
     checked_places(result, (i,))
-    position, quaternion, edge, active = _movement(result, i)
-    frame = min(frame, len(edge) - 1)
-    return Pose(position[frame], quaternion[frame], edge[frame], active)
+    # Of a run that is whole one frame will do; looking for the last one of another takes them all.
+    position, quaternion, edge, active = _movement(result, i, slice(frame, frame + 1))
+    if not len(edge):
+        position, quaternion, edge, active = _movement(result, i, slice(0, frame + 1))
+    return Pose(position[-1], quaternion[-1], edge[-1], active)
 
 
 def rest_pose(digits: NDArray[np.uint8]) -> Pose:
@@ -146,6 +148,13 @@ def label(result: Recorded, i: int) -> str:
         return f"{name} · diverged"
     cycles = float(np.broadcast_to(result.physics.cycles, len(result.status))[i])
     return f"{name} · {fitness:.2f} in {cycles:.4g} cycles"
+
+
+def short_label(result: Recorded, i: int) -> str:
+    """Return what stands beside a robot where there is little room: its number and fitness."""
+    design, fitness = Design(result.designs[i]), float(result.fitness[i])
+    name = design.index if design.shape == DEFAULT_SHAPE else design.digits[:MOST_DIGITS]
+    return f"{name} · {fitness:.2f}" if math.isfinite(fitness) else f"{name} · diverged"
 
 
 def appearance() -> dict[str, Any]:
@@ -194,25 +203,25 @@ def _shared_clock(result: Recorded, places: list[int]) -> tuple[float, float]:
     return next(iter(clocks), (1.0, 1.0))
 
 
-def _movement(result: Recorded, i: int) -> tuple[NDArray[Any], ...]:
+def _movement(result: Recorded, i: int, asked: slice = slice(None)) -> tuple[NDArray[Any], ...]:
     """Return position, quaternion and edge of a design's voxels, and which are active.
 
-    Only the frames that it has, in voxel widths; as it is built where it diverged before the first.
+    Only the frames asked for that it has up to the first that it lacks, in voxel widths; as it is
+    built where that is frame 0.
     """
     frames = frames_of(result)
     digits = result.designs[i].ravel(order="F")
     present = digits != ABSENT
-    count = len(frames.step)
 
     def by_site(values: NDArray[Any]) -> NDArray[Any]:
-        swapped = values[i].swapaxes(1, 3)  # [x, y, z] to the order of the sites
-        rows: NDArray[Any] = swapped.reshape(count, len(digits), *values.shape[5:])
+        swapped = values[i, asked].swapaxes(1, 3)  # [x, y, z] to the order of the sites
+        rows: NDArray[Any] = swapped.reshape(len(swapped), len(digits), *values.shape[5:])
         return rows[:, present]
 
     position, quaternion, edge = map(by_site, (frames.position, frames.quaternion, frames.edge))
     active, width = digits[present] == ACTIVE, result.physics.edge
     finite = np.isfinite(position).all(axis=(1, 2)) & np.isfinite(edge).all(axis=1)
-    if not finite[0]:
+    if not asked.start and not finite[0]:
         built = rest_pose(result.designs[i])
         return (
             built.position[np.newaxis],
@@ -220,7 +229,7 @@ def _movement(result: Recorded, i: int) -> tuple[NDArray[Any], ...]:
             built.edge[np.newaxis],
             active,
         )
-    ends = count if finite.all() else int(np.argmin(finite))
+    ends = len(finite) if finite.all() else int(np.argmin(finite))
     return position[:ends] / width, quaternion[:ends], edge[:ends] / width, active
 
 
@@ -239,6 +248,7 @@ def _robot(result: Recorded, i: int, kept: slice) -> dict[str, Any]:
     centre = position.mean(axis=1, keepdims=True) if len(active) else np.zeros((len(edge), 1, 3))
     return {
         "label": label(result, i),
+        "short_label": short_label(result, i),
         "design": design.index if design.shape == DEFAULT_SHAPE else None,
         "digits": design.digits,
         "shape": list(design.shape),

@@ -15,7 +15,15 @@ from softvox_gym.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = ("numbers.js", "pump.js", "shaders.js", "scene.js", "player.js")
+MODULES = (
+    "numbers.js",
+    "pump.js",
+    "shaders.js",
+    "camera.js",
+    "scene.js",
+    "input.js",
+    "player.js",
+)
 
 
 def page(
@@ -45,6 +53,7 @@ def page(
     options = {"autoplay": autoplay, "speed": speed}
     parts = {
         "title": html.escape(name),
+        "rows": "Row by row: " if len(recording["robots"]) > 1 else "",
         "style": style(),
         "still": data_url(picture),
         "recording": in_script(recording),

@@ -22,7 +22,7 @@ from softvox_gym.files import check_file, write_file
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.rendering import fitting_distance
-from softvox_gym.replay.data import bytes_per_frame, label
+from softvox_gym.replay.data import bytes_per_frame, label, short_label
 from softvox_gym.replay.still import beside
 from softvox_gym.simulation import Result, simulate
 
@@ -47,9 +47,10 @@ PILLOW, FFMPEG = ("PIL", "Pillow"), ("imageio_ffmpeg", "imageio-ffmpeg")
 NEEDS = {".html": (), ".gif": (PILLOW,), ".mp4": (PILLOW, FFMPEG), ".png": (PILLOW,)}
 
 MOST_DESIGNS = 16
+MOST_CYCLES = 1e5  # a day of pumping; what is made of it is limited besides
 PER_CYCLE = 24  # frames of a page, where they fit
 FEWEST_PER_CYCLE = 6  # with fewer the pumping can't be seen
-MOST_BYTES = 450_000  # of a page's recording, so that the page stays well under a megabyte
+MOST_BYTES = 400_000  # of a page's recording, so that the page stays well under a megabyte
 MOST_PICTURES = 6000  # of a film
 MOST_GIF_BYTES = 2**29  # of its pictures, which are all in memory at once
 FPS = 25.0  # of a film
@@ -145,8 +146,10 @@ def _physics(args: Namespace) -> Physics:
     if args.settle_time is not None and math.isfinite(args.settle_time):
         args = Namespace(**{**vars(args), "duration": args.settle_time + 1.0})
     physics = physics_of(args)
-    if not 0 < args.cycles < math.inf:
-        raise BadInputError(f"--cycles must be a positive number, got {args.cycles:g}")
+    if not 0 < args.cycles <= MOST_CYCLES:
+        raise BadInputError(
+            f"--cycles must be a positive number up to {MOST_CYCLES:g}, got {args.cycles:g}"
+        )
     with bad_input():
         return physics.lasting(args.cycles)
 
@@ -197,7 +200,7 @@ def _page_every(args: Namespace, physics: Physics, designs: list[Design]) -> int
             f"{MOST_BYTES / 1e6:g} MB are put into one; give fewer designs, less time (--cycles) "
             "or a lower --fps"
         )
-    return _steps(1 / fps, physics)
+    return max(1, round(1 / fps / float(physics.time_step)))
 
 
 def _film_every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
@@ -216,7 +219,7 @@ def _film_every(args: Namespace, physics: Physics, designs: list[Design]) -> int
             f"{MOST_GIF_BYTES / 2**30:g} GiB are used; give a lower --width, less time (--cycles), "
             "a lower --fps, or make an .mp4"
         )
-    return _steps(args.speed / _film_fps(args), physics)
+    return max(1, int(args.speed / _film_fps(args) / float(physics.time_step)))
 
 
 def _picture_every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
@@ -237,10 +240,6 @@ def _film_fps(args: Namespace) -> float:
     return gif_fps(wish) if args.out.suffix.lower() == ".gif" else wish
 
 
-def _steps(seconds: float, physics: Physics) -> int:
-    return max(1, round(seconds / float(physics.time_step)))
-
-
 def _page(args: Namespace, result: Result) -> bytes:
     recording = replay.recording(result)
     picture = replay.still(result)
@@ -251,37 +250,51 @@ def _picture(args: Namespace, result: Result) -> bytes:
     from softvox_view.encode import png
 
     assert result.frames is not None
-    return png(_drawing(args, result, 0)(len(result.frames.step) - 1))
+    return png(_drawing(args, result)(len(result.frames.step) - 1))
 
 
 def _film(args: Namespace, result: Result) -> bytes:
     from softvox_view import encode
 
-    assert result.frames is not None
-    step = result.frames.time[0]
-    first = min(int(np.searchsorted(step, result.physics.settle_time)), len(step) - 1)
     make = encode.gif if args.out.suffix.lower() == ".gif" else encode.mp4
-    draw, count = _drawing(args, result, first), len(step) - first
+    shown, draw = _shown(args, result), _drawing(args, result)
     with Progress(sys.stderr, unit="pictures") as progress:
         try:
-            return make(draw, count, fps=_film_fps(args), progress=progress)
+            return make(
+                lambda k: draw(shown[k]), len(shown), fps=_film_fps(args), progress=progress
+            )
         except (OSError, RuntimeError) as error:  # RuntimeError: there is no ffmpeg
             raise BadInputError(
                 f"the film can't be encoded: {error}; try a .gif or a .html"
             ) from error
 
 
-def _drawing(args: Namespace, result: Result, first: int) -> Callable[[int], NDArray[np.uint8]]:
-    """Return what draws the k-th picture after the first, with captions."""
+def _shown(args: Namespace, result: Result) -> list[int]:
+    """Return the frames that a film shows, from the start of actuation: one for each picture.
+
+    A picture need not last a whole number of time steps, so the frame nearest to it is taken, twice
+    where the film is slower than the simulation.
+    """
+    assert result.frames is not None
+    time, begin = result.frames.time[0], result.physics.settle_time
+    seconds = args.speed / _film_fps(args)
+    pictures = int((float(result.physics.duration) - begin) / seconds) + 1
+    middles = (time[1:] + time[:-1]) / 2
+    shown: list[int] = np.searchsorted(middles, begin + seconds * np.arange(pictures)).tolist()
+    return shown
+
+
+def _drawing(args: Namespace, result: Result) -> Callable[[int], NDArray[np.uint8]]:
+    """Return what draws a frame, with captions."""
     from softvox_view.encode import captioned
 
     panel = _panel(args)
-    captions = _labels(result)
     places = range(len(result))
+    captions = [(label(result, i), short_label(result, i)) for i in places]
     distances = [fitting_distance(replay.pose(result, i, 0)) for i in places]
 
     def draw(k: int) -> NDArray[np.uint8]:
-        poses = [replay.pose(result, i, first + k) for i in places]
+        poses = [replay.pose(result, i, k) for i in places]
         picture = beside(poses, panel=panel, distances=distances)
         return captioned(picture, captions, panel)
 

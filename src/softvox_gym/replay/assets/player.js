@@ -10,30 +10,31 @@
  * globals; the element gets the class "softvox-player" (player.css) and the property `player`.
  */
 
+import { HELP, listen } from "./input.js";
 import { drawWave, PUMP, showPhase } from "./pump.js";
 import { Scene } from "./scene.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
-const MOST_SECONDS_PER_TICK = 0.1; // a page that was asleep goes on where it was
-const ORBIT_PER_PIXEL = 0.4; // degrees
-const ORBIT_PER_KEY = 5; // degrees
-const ZOOM_PER_KEY = 1.1;
+const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
 const VIEW = { azimuth: -62, elevation: 27, zoom: 1 };
-const LIMITS = { elevation: [3, 90], zoom: [0.25, 8] };
+const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
+const SMALL = 220; // CSS pixels; a panel less wide has a short label
 
-const HELP = `drag or arrow keys: orbit; wheel, pinch, + and -: zoom; space: play or pause;
-, and .: one frame back or on; F: follow; Home: the view at the start`;
+const NO_WEBGL = `This browser shows no WebGL 2, which the moving robots need; here is a still picture.
+Switch on hardware acceleration in its settings, or take another browser.`;
+const LOST = `The browser took the graphics away, as it does where many moving pictures are open; here
+is a still one. Close some, or reload the page.`;
 
 const CONTROLS = `
   <div class="softvox-stage">
-    <canvas tabindex="0" role="img"></canvas>
+    <canvas tabindex="0" role="application"></canvas>
     <div class="softvox-labels"></div>
     ${PUMP}
   </div>
   <div class="softvox-controls">
     <button type="button" class="play"></button>
     <input type="range" class="frame" min="0" step="1" aria-label="frame">
-    <output class="clock"></output>
+    <span class="clock"></span>
     <label>speed <select class="speed"></select></label>
     <label><input type="checkbox" class="follow"> follow</label>
     <button type="button" class="reset">reset view</button>
@@ -54,7 +55,6 @@ export class SoftvoxPlayer {
   #frame = 0;
   #time = 0; // of the clock, simulated seconds; between frames while playing
   #tick = 0; // the animation frame asked for, 0 where paused
-  #pointers = new Map();
 
   /**
    * @param {HTMLElement} element Filled by the player. Where there is no WebGL 2 it keeps what it
@@ -97,7 +97,10 @@ export class SoftvoxPlayer {
     return this.#tick !== 0;
   }
 
-  /** The view: azimuth and elevation in degrees, zoom (1 shows all), whether it follows. */
+  /**
+   * The view: azimuth and elevation in degrees, zoom, whether it follows. At zoom 1 all is seen: of
+   * the robot where it follows, else of its path.
+   */
   get view() {
     return { ...this.#view, follow: this.#find(".follow")?.checked ?? true };
   }
@@ -107,7 +110,7 @@ export class SoftvoxPlayer {
     for (const [name, limits] of Object.entries(LIMITS)) {
       this.#view[name] = clamp(this.#view[name], limits);
     }
-    if (follow !== undefined) this.#find(".follow").checked = follow;
+    if (follow !== undefined && this.#find(".follow")) this.#find(".follow").checked = follow;
     this.#draw();
   }
 
@@ -120,9 +123,9 @@ export class SoftvoxPlayer {
     if (!this.supported) return;
     this.#scene.load(recording);
     this.#find(".frame").max = recording.frames - 1;
-    const labels = recording.robots.map((robot) => {
+    const labels = recording.robots.map(() => {
       const label = document.createElement("div");
-      label.textContent = robot.label;
+      label.append(document.createElement("span"));
       return label;
     });
     this.#find(".softvox-labels").replaceChildren(...labels);
@@ -159,8 +162,9 @@ export class SoftvoxPlayer {
     if (this.supported) this.#showPlaying();
   }
 
-  /** Return what is shown as the data URL of a PNG. */
+  /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
   picture() {
+    if (!this.supported) return null;
     this.#draw();
     return this.#find("canvas").toDataURL("image/png");
   }
@@ -185,12 +189,7 @@ export class SoftvoxPlayer {
     const canvas = content.content.querySelector("canvas");
     this.#scene = Scene.on(canvas);
     if (!this.#scene) {
-      const message = document.createElement("p");
-      message.className = "softvox-message";
-      message.textContent =
-        "This browser shows no WebGL 2, which the moving robots need; here is a still picture. " +
-        "Switch on hardware acceleration in its settings, or take another browser.";
-      this.#element.prepend(message);
+      this.#element.prepend(message(NO_WEBGL));
       return false;
     }
     this.#element.replaceChildren(content.content);
@@ -221,24 +220,32 @@ export class SoftvoxPlayer {
     });
     on(this.#find(".follow"), "change", () => this.#draw());
     on(this.#find(".reset"), "click", () => (this.view = VIEW));
-    on(canvas, "keydown", (event) => this.#key(event));
-    on(canvas, "wheel", (event) => this.#wheel(event), { passive: false });
-    on(canvas, "pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      this.#pointers.set(event.pointerId, event);
+    listen(canvas, this.#actions(), signal);
+    on(canvas, "webglcontextlost", (event) => {
+      event.preventDefault(); // or it could not come back
+      this.#lose();
     });
-    on(canvas, "pointermove", (event) => this.#drag(event));
-    for (const type of ["pointerup", "pointercancel"]) {
-      on(canvas, type, (event) => this.#pointers.delete(event.pointerId));
-    }
-    on(canvas, "webglcontextlost", (event) => event.preventDefault());
-    on(canvas, "webglcontextrestored", () => {
-      this.#scene = Scene.on(canvas);
-      if (this.#recording) this.#scene.load(this.#recording);
-      this.#draw();
-    });
+    on(canvas, "webglcontextrestored", () => this.#restore(canvas));
     this.#sizes = new ResizeObserver(() => this.#draw());
     this.#sizes.observe(canvas);
+  }
+
+  /** What a hand can do; see `listen`. */
+  #actions() {
+    const view = this.#view;
+    return {
+      turn: (azimuth, elevation) => {
+        this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
+      },
+      zoom: (factor) => (this.view = { zoom: view.zoom * factor }),
+      step: (frames) => {
+        this.pause();
+        this.seek(this.#frame + frames);
+      },
+      toggle: () => this.#toggle(),
+      toggleFollow: () => (this.view = { follow: !this.view.follow }),
+      reset: () => (this.view = VIEW),
+    };
   }
 
   #toggle() {
@@ -246,58 +253,23 @@ export class SoftvoxPlayer {
     else this.play();
   }
 
-  #key(event) {
-    const turn = (name, by) => (this.view = { [name]: this.#view[name] + by });
-    const actions = {
-      ArrowLeft: () => turn("azimuth", -ORBIT_PER_KEY),
-      ArrowRight: () => turn("azimuth", ORBIT_PER_KEY),
-      ArrowUp: () => turn("elevation", ORBIT_PER_KEY),
-      ArrowDown: () => turn("elevation", -ORBIT_PER_KEY),
-      "+": () => this.#zoom(ZOOM_PER_KEY),
-      "=": () => this.#zoom(ZOOM_PER_KEY),
-      "-": () => this.#zoom(1 / ZOOM_PER_KEY),
-      ",": () => (this.pause(), this.seek(this.#frame - 1)),
-      ".": () => (this.pause(), this.seek(this.#frame + 1)),
-      " ": () => this.#toggle(),
-      f: () => (this.view = { follow: !this.view.follow }),
-      Home: () => (this.view = VIEW),
-    };
-    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    action();
+  /** Show a still picture while the browser gives no graphics. */
+  #lose() {
+    if (!this.supported) return;
+    this.pause();
+    this.#scene = null;
+    const cover = document.createElement("div");
+    cover.className = "softvox-lost";
+    cover.append(message(LOST), ...this.#fallback.map((node) => node.cloneNode(true)));
+    this.#find(".softvox-stage").append(cover);
   }
 
-  #wheel(event) {
-    event.preventDefault();
-    const lines = event.deltaMode === 0 ? event.deltaY / 40 : event.deltaY;
-    this.#zoom(ZOOM_PER_KEY ** -clamp(lines, [-4, 4]));
-  }
-
-  #zoom(factor) {
-    this.view = { zoom: this.#view.zoom * factor };
-  }
-
-  /** One pointer orbits, two zoom. */
-  #drag(event) {
-    const before = this.#pointers.get(event.pointerId);
-    if (!before) return;
-    const spread = () => {
-      const [a, b] = [...this.#pointers.values()];
-      return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) || 1;
-    };
-    const two = this.#pointers.size === 2;
-    const apart = two ? spread() : 1;
-    this.#pointers.set(event.pointerId, event);
-    if (two) {
-      this.#zoom(spread() / apart);
-    } else if (this.#pointers.size === 1) {
-      const { azimuth, elevation } = this.#view;
-      this.view = {
-        azimuth: azimuth - (event.clientX - before.clientX) * ORBIT_PER_PIXEL,
-        elevation: elevation + (event.clientY - before.clientY) * ORBIT_PER_PIXEL,
-      };
-    }
+  #restore(canvas) {
+    this.#scene = Scene.on(canvas);
+    if (!this.supported) return;
+    this.#find(".softvox-lost")?.remove();
+    if (this.#recording) this.#scene.load(this.#recording);
+    this.#draw();
   }
 
   #advance(seconds) {
@@ -315,7 +287,8 @@ export class SoftvoxPlayer {
     const time = frame * step;
     const cycle = Math.max(0, (time - settle) * frequency_hz);
     this.#find(".frame").value = frame;
-    this.#find(".clock").value = `${time.toFixed(2)} s`;
+    this.#find(".clock").textContent = `${time.toFixed(2)} s`;
+    this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
     showPhase(this.#find(".softvox-pump"), cycle, time < settle);
     const detail = { frame, time, cycle };
     this.#element.dispatchEvent(new CustomEvent("frame", { detail }));
@@ -330,6 +303,17 @@ export class SoftvoxPlayer {
     const panels = this.#scene.draw(this.#frame, this.view);
     [...this.#find(".softvox-labels").children].forEach((label, i) => {
       for (const [name, value] of Object.entries(panels[i])) label.style[name] = `${value}px`;
+      const { label: whole, short_label: short } = this.#recording.robots[i];
+      const isSmall = panels[i].width < SMALL;
+      label.classList.toggle("small", isSmall);
+      label.firstChild.textContent = isSmall ? short : whole;
     });
   }
+}
+
+function message(text) {
+  const made = document.createElement("p");
+  made.className = "softvox-message";
+  made.textContent = text;
+  return made;
 }

@@ -5,15 +5,12 @@
  * brings them as `style`. Lengths are voxel widths, the floor is z = 0.
  */
 
+import { boxOf, cameraOf } from "./camera.js";
 import { floats, numbers } from "./numbers.js";
 import { CUBES, FLOOR, SHADOW, TRAIL } from "./shaders.js";
 
 const SHADOW_LAYERS = 24; // shadows of one cube laid over each other, for a soft edge
 const TRAIL_WIDTH = 3.5; // CSS pixels
-const NEAREST = 0.05; // voxel widths
-
-const add = (a, b, s = 1) => a.map((value, i) => value + s * b[i]);
-const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
 
 /** The robots of a recording, in panels on a canvas. */
 export class Scene {
@@ -24,11 +21,17 @@ export class Scene {
   #robots = [];
   #settled = 0; // the frame with which the trail begins
 
-  /** Return a scene on a canvas; null where the browser has no WebGL 2. */
+  /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
   static on(canvas) {
     const options = { alpha: false, antialias: true, stencil: true };
     const gl = canvas.getContext("webgl2", options);
-    return gl && !gl.isContextLost() ? new Scene(canvas, gl) : null;
+    if (!gl || gl.isContextLost()) return null;
+    try {
+      return new Scene(canvas, gl);
+    } catch (error) {
+      console.warn(error); // the page shows a still picture, and somebody may want to know why
+      return null;
+    }
   }
 
   constructor(canvas, gl) {
@@ -108,7 +111,7 @@ export class Scene {
     });
     const centres = middles.filter((_, i) => i % 3 < 2);
     const buffers = [...Object.values(values), centres].map((array) => this.#buffer(array));
-    return { voxels, centres, buffers, distance: robot.distance };
+    return { voxels, centres, buffers, box: boxOf(centres), distance: robot.distance };
   }
 
   #buffer(array) {
@@ -120,20 +123,22 @@ export class Scene {
   }
 
   #drawRobot(robot, frame, view, panel, ratio) {
-    const camera = this.#camera(robot, frame, view, panel);
+    const camera = cameraOf(this.#style, robot, frame, view, panel);
     this.#drawFloor(camera);
     if (!robot.voxels) return;
-    this.#attributes([3, 4, 1], robot, frame * robot.voxels);
-    this.#attribute(3, robot.buffers[3], 1, 0);
+    this.#takeVoxels(robot, frame);
     this.#drawShadow(robot, camera);
     this.#drawTrail(robot, frame, camera, panel, ratio);
-    this.#attributes([3, 4, 1], robot, frame * robot.voxels);
-    this.#attribute(3, robot.buffers[3], 1, 0);
+    this.#takeVoxels(robot, frame);
     this.#drawCubes(robot, camera, ratio);
   }
 
-  #attributes(sizes, robot, first) {
-    sizes.forEach((size, i) => this.#attribute(i, robot.buffers[i], size, 4 * size * first));
+  /** Let the shaders read position, quaternion and edge in a frame, and which voxels are active. */
+  #takeVoxels(robot, frame) {
+    [3, 4, 1].forEach((size, i) => {
+      this.#attribute(i, robot.buffers[i], size, 4 * size * frame * robot.voxels);
+    });
+    this.#attribute(3, robot.buffers[3], 1, 0);
   }
 
   #attribute(location, buffer, size, offset, stride = 0) {
@@ -142,40 +147,6 @@ export class Scene {
     gl.enableVertexAttribArray(location);
     gl.vertexAttribPointer(location, size, gl.FLOAT, false, stride, offset);
     gl.vertexAttribDivisor(location, 1);
-  }
-
-  #camera(robot, frame, view, panel) {
-    const { aim, field_of_view } = this.#style;
-    const distance = robot.distance / view.zoom;
-    const centre = view.follow ? at(robot.centres, frame) : middle(robot.centres);
-    const target = [...centre, aim * robot.distance];
-    const anchor = [Math.floor(centre[0]), Math.floor(centre[1]), 0];
-    const [azimuth, elevation] = [view.azimuth, view.elevation].map((d) => (d * Math.PI) / 180);
-    const level = Math.cos(elevation);
-    const backward = [level * Math.cos(azimuth), level * Math.sin(azimuth), Math.sin(elevation)];
-    const right = [-Math.sin(azimuth), Math.cos(azimuth), 0];
-    const up = [
-      -Math.sin(elevation) * Math.cos(azimuth),
-      -Math.sin(elevation) * Math.sin(azimuth),
-      level,
-    ];
-    const eye = add(add(target, anchor, -1), backward, distance);
-    // Half the picture's width and height, seen from a distance of 1.
-    const tangent = Math.tan(field_of_view / 2) / Math.min(panel.width, panel.height);
-    const half = [panel.width * tangent, panel.height * tangent];
-    const forward = backward.map((value) => -value);
-    const focal = Math.min(panel.width, panel.height) / (2 * Math.tan(field_of_view / 2));
-    return {
-      anchor,
-      distance,
-      eye,
-      forward,
-      right: right.map((value) => value * half[0]),
-      up: up.map((value) => value * half[1]),
-      target: add(target, anchor, -1).slice(0, 2),
-      matrix: projection({ right, up, forward, eye, half, far: 40 * distance }),
-      scale: focal / distance, // pixels per voxel width at the target
-    };
   }
 
   #drawFloor(camera) {
@@ -271,34 +242,6 @@ export class Scene {
       else gl.uniformMatrix4fv(place, false, value);
     }
   }
-}
-
-function at(pairs, i) {
-  return pairs.length ? [pairs[2 * i], pairs[2 * i + 1]] : [0, 0];
-}
-
-/** Return the middle of the box around a path. */
-function middle(pairs) {
-  return [0, 1].map((axis) => {
-    let [low, high] = [Infinity, -Infinity];
-    for (let i = axis; i < pairs.length; i += 2) {
-      low = Math.min(low, pairs[i]);
-      high = Math.max(high, pairs[i]);
-    }
-    return (low + high) / 2;
-  });
-}
-
-/** Return the column-major matrix of a perspective view. */
-function projection({ right, up, forward, eye, half, far }) {
-  const depth = (far + NEAREST) / (far - NEAREST);
-  const rows = [
-    [...right.map((v) => v / half[0]), -dot(right, eye) / half[0]],
-    [...up.map((v) => v / half[1]), -dot(up, eye) / half[1]],
-    [...forward.map((v) => v * depth), -dot(forward, eye) * depth - depth * NEAREST - NEAREST],
-    [...forward, -dot(forward, eye)],
-  ];
-  return new Float32Array([0, 1, 2, 3].flatMap((j) => rows.map((row) => row[j])));
 }
 
 /** Return panels of equal size, in the number of columns that makes the shorter side largest. */
