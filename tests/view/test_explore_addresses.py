@@ -158,7 +158,8 @@ def test_infinite_travel_is_crossed_out(driver, served):
     until(lambda: applied(driver) == {"strain": "1e300"})
     assert "designs diverged (\N{MULTIPLICATION SIGN})" in shown(driver, "changes")
     assert shown(driver, "unit").endswith("\N{MULTIPLICATION SIGN}: diverged")
-    assert facts(driver)["fitness"] == ["diverged"]
+    assert (facts(driver)["fitness"], facts(driver)["rank of 6561"]) == (["diverged"], ["none"])
+    assert "6453 was the best: it diverged" in shown(driver, "changes")
     assert errors(driver) == []
 
 

@@ -14,8 +14,7 @@ function number(value, decimals = 2, signed = false) {
 
 /** The rank of a design, from 1: one more than there are better ones. */
 function rankOf(fitness, design) {
-  const own = fitness[design] ?? -1;
-  return 1 + fitness.reduce((better, value) => better + ((value ?? -1) > own), 0);
+  return 1 + fitness.filter((value) => value !== null && value > fitness[design]).length;
 }
 
 /** One line about a design, for the cell under the pointer. */
@@ -38,7 +37,7 @@ export function fillFacts(table, robots, atlas, values) {
     ["fitness", (r) => r.fitness, 4],
     ["published", (r) => atlas.fitness[r.design], 4],
     ["mean under noise", (r) => atlas.noise[r.design], 2],
-    ["rank of 6561", (r) => rankOf(values.fitness, r.design)],
+    ["rank of 6561", (r) => (r.fitness === null ? "none" : rankOf(values.fitness, r.design))],
     ["dx", (r) => r.dx, 2],
     ["dy", (r) => r.dy, 2],
     ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
@@ -87,7 +86,8 @@ export function fillChanges(place, changes, warnings, isPublished) {
       lines.push([`★ ${best.design} is still the best: ${number(best.fitness)}`]);
     } else {
       lines.push([`★ ${best.design} is the best now: ${number(best.fitness)}, was rank ${best.rank_before}`]);
-      lines.push([`☆ ${before.design} was the best: now rank ${before.rank}, ${number(before.fitness)}`]);
+      const now = before.fitness === null ? "it diverged" : `now rank ${before.rank}, ${number(before.fitness)}`;
+      lines.push([`☆ ${before.design} was the best: ${now}`]);
     }
     lines.push([`mean change ${number(changes.mean_difference, 3, true)} voxel widths`]);
     if (changes.diverged) lines.push([`${changes.diverged} designs diverged (×)`]);
