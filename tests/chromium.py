@@ -1,7 +1,8 @@
 """A headless Chromium for tests of pages; they are skipped where it is not installed."""
 
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,6 +25,8 @@ FLAGS = [
 #: Drawn by the processor, so that the pictures need no graphics card.
 WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 NO_WEBGL = ["--disable-3d-apis"]
+
+PATIENCE = 30  # s; the slowest, a landscape, takes two on two processors
 
 MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None] + [
     name for name in ("selenium",) if find_spec(name) is None
@@ -54,6 +57,16 @@ def chromium(*flags: str, width: int = 900, height: int = 640) -> Iterator[Any]:
             yield driver
         finally:
             driver.quit()
+
+
+def until(condition: Callable[[], Any]) -> Any:
+    """Wait for something that does not fail and is not false, and return it."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        if found := condition():
+            return found
+        time.sleep(0.03)
+    raise AssertionError("waited in vain")
 
 
 def opened(driver: Any, path: Path) -> None:

@@ -4,14 +4,13 @@ import base64
 import io
 import json
 import os
-import time
 from pathlib import Path
 
 import numpy as np
+from chromium import until
 
 from softvox_view.tessellation import SIDE, cell_of
 
-PATIENCE = 30  # s; a landscape takes two on two processors
 DESKTOP, PHONE = (1280, 800), (390, 844)
 
 #: Where the pictures for the documentation go, if somebody wants them.
@@ -21,16 +20,6 @@ PICTURES = os.environ.get("SOFTVOX_PICTURES")
 def sized(driver, width, height):
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-
-
-def until(condition):
-    """Wait for something that does not fail and is not false, and return it."""
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        if found := condition():
-            return found
-        time.sleep(0.03)
-    raise AssertionError("waited in vain")
 
 
 def opened(driver, served, state=""):

@@ -1,30 +1,17 @@
 """What the address tells is what is seen, and what goes wrong is told and leaves that as it was."""
 
 import pytest
-from chromium import WEBGL, chromium, errors, needs_chromium
+from chromium import errors, needs_chromium, until
 
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
 
-from explore_page import DESKTOP, applied, entered, facts, mouse, one, opened, shown, sized, until
+from explore_page import applied, entered, facts, mouse, one, opened, shown
 from explore_serving import serving
 
 from softvox_gym import simulate
 
 pytestmark = needs_chromium
-
-
-@pytest.fixture(scope="module")
-def served():
-    with serving() as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def driver():
-    with chromium(*WEBGL, width=1300, height=900) as driver:
-        sized(driver, *DESKTOP)
-        yield driver
 
 
 def robots(driver):

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, requests
+from chromium import NO_WEBGL, chromium, errors, needs_chromium, requests, until
 
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
@@ -23,9 +23,7 @@ from explore_page import (
     opened,
     shown,
     sized,
-    until,
 )
-from explore_serving import serving
 
 import softvox_gym
 from softvox_gym import Design, simulate
@@ -34,19 +32,6 @@ from softvox_view.tessellation import SIDE, cell_of
 image = pytest.importorskip("PIL.Image")
 
 pytestmark = needs_chromium
-
-
-@pytest.fixture(scope="module")
-def served():
-    with serving() as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def driver():
-    with chromium(*WEBGL, width=1300, height=900) as driver:
-        sized(driver, *DESKTOP)
-        yield driver
 
 
 def test_it_loads_without_an_error_and_asks_nobody_else(driver, served):

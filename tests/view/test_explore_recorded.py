@@ -5,14 +5,14 @@ import shutil
 
 import numpy as np
 import pytest
-from chromium import WEBGL, chromium, errors, needs_chromium
+from chromium import errors, needs_chromium, until
 from cli_process import softvox
 
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
 
-from explore_page import DESKTOP, map_pixels, one, opened, shown, sized, until
+from explore_page import map_pixels, one, opened, shown
 from explore_serving import serving
 
 from softvox_gym import landscape
@@ -151,13 +151,6 @@ def test_the_command_refuses_a_folder_that_is_none(tmp_path):
         f"softvox: error: --results {tmp_path / 'none'} is not a folder; name one that softvox "
         "compare has written\n"
     )
-
-
-@pytest.fixture(scope="module")
-def driver():
-    with chromium(*WEBGL, width=1300, height=900) as driver:
-        sized(driver, *DESKTOP)
-        yield driver
 
 
 def chosen(driver, name, text):

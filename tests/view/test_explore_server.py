@@ -12,7 +12,6 @@ import pytest
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
 
-from explore_serving import serving
 
 import softvox_gym
 from softvox_gym import Physics, simulate
@@ -20,12 +19,6 @@ from softvox_view.explore import landscapes
 from softvox_view.explore.app import OWN
 from softvox_view.explore.server import PortError, bind
 from softvox_view.tessellation import cell_of
-
-
-@pytest.fixture(scope="module")
-def served():
-    with serving() as running:
-        yield running
 
 
 def test_it_listens_on_loopback_alone(served):

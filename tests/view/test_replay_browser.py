@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, opened, requests
+from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, opened, requests, until
 
 from softvox_gym import rendering, replay, simulate
 from softvox_gym.rendering import fitting_distance, render
@@ -176,16 +176,6 @@ def test_each_frame_is_announced_with_its_time_and_cycle(page):
     assert detail[0]["frame"] == 120
     assert detail[0]["time"] == pytest.approx(120 * 23 * 4.5297e-4, rel=1e-4)
     assert detail[0]["cycle"] == pytest.approx((detail[0]["time"] - 0.25) * 4, rel=1e-4)
-
-
-def until(condition, seconds=10):
-    """Wait for something that is not false, and return it."""
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if found := condition():
-            return found
-        time.sleep(0.03)
-    raise AssertionError("waited in vain")
 
 
 def test_playing_goes_on_and_pausing_stops(page):
