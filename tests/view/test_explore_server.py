@@ -17,7 +17,7 @@ import softvox_gym
 from softvox_gym import Physics, simulate
 from softvox_view.explore import landscapes
 from softvox_view.explore.app import OWN
-from softvox_view.explore.server import PortError, bind
+from softvox_view.explore.server import PortError, bind, hosts_at
 from softvox_view.tessellation import cell_of
 
 
@@ -273,6 +273,11 @@ def test_what_diverged_ranks_last_and_counts_in_no_mean():
     assert told["diverged"] == 1
     assert told["mean_difference"] == pytest.approx(1.0)
     assert told["best"]["rank_before"] == 2
+
+
+def test_at_the_standard_port_it_answers_without_one():
+    assert hosts_at(8653) == ["127.0.0.1:8653", "localhost:8653"]
+    assert {"127.0.0.1", "localhost"} < set(hosts_at(80))
 
 
 def test_a_port_in_use_is_refused_naming_the_mend():

@@ -51,6 +51,12 @@ def bind(port: int) -> socket.socket:
     return made
 
 
+def hosts_at(port: int) -> list[str]:
+    """Return the names under which browsers ask a server at a port; they leave the standard out."""
+    names = [LOOPBACK, "localhost"]
+    return [f"{name}:{port}" for name in names] + (names if port == STANDARD_PORT else [])
+
+
 class Server(uvicorn.Server):
     """The app on a socket.
 
@@ -75,10 +81,7 @@ class Server(uvicorn.Server):
         self.explorer = explorer
         self.ended = threading.Event()
         self._sock, self._when_ready = sock, when_ready
-        hosts = [f"{name}:{port}" for name in (LOOPBACK, "localhost")]
-        if port == STANDARD_PORT:
-            hosts += [LOOPBACK, "localhost"]  # browsers leave this port out
-        app = make_app(explorer, hosts)
+        app = make_app(explorer, hosts_at(port))
         super().__init__(
             uvicorn.Config(
                 app,
