@@ -1,3 +1,5 @@
+import shutil
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -5,7 +7,7 @@ from search.made_results import random_runs, results
 
 from softvox_search import report
 from softvox_view.figures import Inputs, files_of, make
-from softvox_view.figures.search import ResultsError, read
+from softvox_view.results_folder import ResultsError, read
 
 
 def folder_of(path, made):
@@ -93,3 +95,58 @@ def test_a_table_that_is_none_is_refused(quiet, tmp_path, content, fault):
     (broken / "tables" / "anytime.csv").write_bytes(content)
     with pytest.raises(ResultsError, match=rf"anytime\.csv .*{fault}"):
         read(broken)
+
+
+def altered(folder, to, name, change):
+    """A copy of a folder of results in which one table is another."""
+    copy = shutil.copytree(folder, to / "altered")
+    table = pd.read_csv(copy / name, keep_default_na=False)
+    change(table).to_csv(copy / name, index=False)
+    return copy
+
+
+def without(column, value):
+    return lambda table: table[table[column] != value]
+
+
+def renamed(column, old, new):
+    return lambda table: table.assign(**{column: table[column].replace(old, new)})
+
+
+RUNS, ANYTIME, BUDGET = "runs.csv", "tables/anytime.csv", "tables/fixed_budget.csv"
+SEARCHERS, POLICIES = "tables/noise_searchers.csv", "tables/noise_policies.csv"
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "fault"),
+    [
+        (RUNS, without("searcher", "ga"), r"anytime\.csv has ga, .* no finished run"),
+        (ANYTIME, without("searcher", "ga"), r"anytime\.csv lacks ga, in raw terms, level 0"),
+        (ANYTIME, without("terms", "class"), r"anytime\.csv lacks random, in class terms"),
+        (ANYTIME, renamed("terms", "class", "klass"), r"has the terms 'klass'"),
+        (ANYTIME, without("level", 1.0), r"anytime\.csv lacks level 1, of which"),
+        (ANYTIME, lambda table: table[:-3], r"cut off: it has 32 rows of ga, .* and 35 of others"),
+        (BUDGET, lambda table: table[:-1], r"fixed_budget\.csv is cut off: .* ga, in class terms"),
+        (SEARCHERS, without("policy", "mean"), r"noise_searchers\.csv lacks random, level 0"),
+        (POLICIES, renamed("policy", "mean", "men"), r"noise_policies\.csv has .*, policy 'men'"),
+    ],
+)
+def test_tables_that_do_not_belong_to_the_runs_are_refused(noisy, tmp_path, name, change, fault):
+    with pytest.raises(ResultsError, match=rf"{fault}.*--report-only writes the tables anew"):
+        read(altered(noisy, tmp_path, name, change))
+
+
+def test_a_table_cut_off_within_a_line_is_refused_with_the_line(quiet, tmp_path):
+    copy = shutil.copytree(quiet, tmp_path / "cut")
+    text = (copy / ANYTIME).read_text()
+    (copy / ANYTIME).write_text(text[: text.rindex(",")])
+    line = len(text.splitlines())
+    with pytest.raises(ResultsError, match=rf"nothing in the column ecdf on line {line};"):
+        read(copy)
+
+
+def test_a_noisy_experiments_folder_without_its_tables_of_noise_is_refused(noisy, tmp_path):
+    copy = shutil.copytree(noisy, tmp_path / "less")
+    (copy / SEARCHERS).unlink()
+    with pytest.raises(ResultsError, match=r"has no tables/noise_searchers\.csv"):
+        read(copy)

@@ -159,11 +159,6 @@ class Section:
     cells: tuple[Cell, ...]
 
     @property
-    def name(self) -> str:
-        """What to call it in file names; empty where the experiment has no levels."""
-        return "" if np.isnan(self.level) else f"level_{self.level:g}"
-
-    @property
     def length(self) -> int:
         """The most unique evaluations that any run used."""
         return max(int(cell.unique.max()) for cell in self.cells)

@@ -17,6 +17,7 @@ from softvox_search.report.curves import (
     budgets,
     hard_targets,
 )
+from softvox_search.report.drawing import key
 from softvox_search.report.recommendations import reference_policy
 from softvox_search.report.results import Results
 from softvox_search.report.statistics import RESAMPLES
@@ -51,11 +52,6 @@ class Parts:
     def figure(self, name: str, made: Figure) -> None:
         """Take a figure as PNG."""
         self.figures[f"{name}.png"] = canvas.png(made)
-
-
-def key(name: str, section: Section, *more: str) -> str:
-    """Return the name of a file about a section: fixed_budget_raw_level_0.5."""
-    return "_".join(part for part in (name, *more, section.name) if part)
 
 
 def report(results: Results, sections: list[Section], parts: Parts, notes: list[str]) -> str:
@@ -152,7 +148,7 @@ def _comparison(section: Section, parts: Parts) -> list[str]:
         "Expected running time: the unique evaluations of all runs together, each counted until it "
         "reached the share of the best fitness or ended, per run that reached it; in parentheses "
         f"the share of runs that did. ∞: none did. {markdown.target_sizes(FIXED_TARGETS)}",
-        parts.texts[key("fixed_target", section)],
+        parts.texts[key("fixed_target", section.level)],
         *_pairs(section, parts, mark),
     ]
 
@@ -166,13 +162,13 @@ def _fixed_budget(section: Section, parts: Parts, mark: str) -> list[str]:
         _picture("fixed_budget", section),
     ]
     for terms in TERMS:
-        blocks += [f"In {terms} terms:", parts.texts[key("fixed_budget", section, terms)]]
+        blocks += [f"In {terms} terms:", parts.texts[key("fixed_budget", section.level, terms)]]
     return blocks
 
 
 def _pairs(section: Section, parts: Parts, mark: str) -> list[str]:
     """Show all pairs at one budget, and name the files with the others."""
-    names = [key("pairs", section, terms) for terms in TERMS]
+    names = [key("pairs", section.level, terms) for terms in TERMS]
     if names[0] not in parts.texts:
         return []
     blocks = [
@@ -234,5 +230,5 @@ def _noise_figures(parts: Parts) -> list[str]:
 
 
 def _picture(name: str, section: Section, *more: str) -> str:
-    file = f"{key(name, section, *more)}.png"
+    file = f"{key(name, section.level, *more)}.png"
     return f"![{file}](figures/{file})"

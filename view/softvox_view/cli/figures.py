@@ -143,10 +143,10 @@ def _inputs(args: Namespace) -> Inputs:
             real = read_tracks(args.tracks, most_cycles=tracks.CYCLES)
             tracks.designs_of(real)
     if args.results:
-        from softvox_view.figures import search
+        from softvox_view.results_folder import read_all
 
         with bad_input("--results"):
-            search.read_all(args.results)
+            read_all(args.results)
     return Inputs(tracks=real, results=tuple(args.results))
 
 
