@@ -52,7 +52,8 @@ sanitize: sdist
 		tests/test_vector_env.py
 
 figures: $(VENV)/installed
-	$(BIN)/softvox figures --out figures --results baselines/noise_free --results baselines/noise
+	$(BIN)/softvox figures --force --out figures \
+		--results baselines/noise_free --results baselines/noise
 
 # The tables that ship with the package; anew after a change of the engine or of the noise.
 table: $(VENV)/installed
