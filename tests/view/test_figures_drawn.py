@@ -1,3 +1,4 @@
+import io
 import re
 from functools import cache
 
@@ -93,6 +94,16 @@ def test_files_have_neither_dates_nor_versions_and_their_text_is_text(name):
 def test_the_same_figure_has_the_same_bytes(name):
     _, files = drawn(name)
     assert files_of(make(name), style.FORMATS) == files
+
+
+def test_a_figure_is_laid_out_once_and_as_matplotlib_would():
+    made, files = drawn("volume")
+    assert made.figures["volume"].get_layout_engine() is None
+    alone = io.BytesIO()
+    with style.style():
+        figure = make("volume").figures["volume"]
+        figure.savefig(alone, format="png", dpi=style.DPI, metadata={"Software": None})
+    assert alone.getvalue() == files["volume.png"]
 
 
 def test_the_users_settings_stay_and_do_not_matter():

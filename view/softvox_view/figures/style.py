@@ -94,6 +94,19 @@ def encoded(made: Figure, form: str) -> bytes:
     form : str
         One of `FORMATS`.
     """
+    lay_out(made)
     buffer = io.BytesIO()
     made.savefig(buffer, format=form, dpi=DPI, metadata=_METADATA[form])
     return buffer.getvalue()
+
+
+def lay_out(made: Figure) -> None:
+    """Put the parts of a figure where they belong, for good; nothing where that was done before.
+
+    Left to itself matplotlib does so for every file anew, in its own units, and draws it twice.
+    """
+    engine = made.get_layout_engine()
+    if engine is not None:
+        made.set_dpi(DPI)
+        engine.execute(made)
+        made.set_layout_engine(None)
