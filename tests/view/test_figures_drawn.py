@@ -6,8 +6,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.text import Text
+from view.figure_labels import check_labels, texts_of
 
 import softvox_gym
 from softvox_gym import Design
@@ -34,48 +33,13 @@ def drawn(name):
     return made, files_of(made, style.FORMATS)
 
 
-def ticks_shown(axes):
-    """The tick labels that a reader sees: matplotlib also keeps those beyond the ends."""
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = sorted(axis.get_view_interval())
-        slack = 1e-9 * (high - low)
-        for tick in axis.get_major_ticks():
-            if low - slack <= tick.get_loc() <= high + slack:
-                yield from (tick.label1, tick.label2)
-
-
-def texts_of(figure):
-    every = {id(text): text for text in figure.findobj(Text)}
-    for axes in figure.findobj(Axes):
-        for axis in (axes.xaxis, axes.yaxis):
-            for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
-                every.pop(id(tick.label1), None)
-                every.pop(id(tick.label2), None)
-        if axes.axison:
-            every |= {id(text): text for text in ticks_shown(axes)}
-        else:
-            for text in (axes.xaxis.label, axes.yaxis.label):
-                every.pop(id(text), None)
-    return [text for text in every.values() if text.get_visible() and text.get_text().strip()]
-
-
 @pytest.mark.parametrize("name", OWN)
 def test_no_label_lies_on_another_or_off_the_page(name):
     made, _ = drawn(name)
     for figure in made.figures.values():
+        assert len(texts_of(figure)) >= 8
         with style.style():
-            figure.draw_without_rendering()
-            boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(figure)]
-        page = figure.bbox
-        assert len(boxes) >= 8
-        for text, box in boxes:
-            assert page.x0 - 1 <= box.x0 <= box.x1 <= page.x1 + 1, text
-            assert page.y0 - 1 <= box.y0 <= box.y1 <= page.y1 + 1, text
-        for i, (text, box) in enumerate(boxes):
-            for other, second in boxes[i + 1 :]:
-                across = min(box.x1, second.x1) - max(box.x0, second.x0)
-                up = min(box.y1, second.y1) - max(box.y0, second.y0)
-                assert min(across, up) <= 1, f"{text!r} lies on {other!r}"
+            check_labels(figure)
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -4,9 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from search.made_results import random_runs, results
+from view.figure_labels import check_labels, texts_of
 
 from softvox_search import report
-from softvox_view.figures import Inputs, files_of, make
+from softvox_view.figures import Inputs, files_of, make, style
+from softvox_view.figures.search import look
 from softvox_view.results_folder import ResultsError, read
 
 
@@ -27,6 +29,14 @@ def quiet(tmp_path_factory):
 def noisy(tmp_path_factory):
     runs = random_runs(("random", "ga"), 3, 60, levels=(0.0, 1.0), policies=("naive", "mean"))
     return folder_of(tmp_path_factory.mktemp("noisy") / "loud", results(*runs))
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    """Thirteen searchers, as the committed comparison has, their names as long as its longest."""
+    names = [f"random_with_replacement{i:02}"[2:] for i in range(12)]
+    made = results(*random_runs(("random", *names), 2, 6561))
+    return folder_of(tmp_path_factory.mktemp("many") / "many", made)
 
 
 def test_the_figures_of_a_folder_are_those_of_its_report(quiet, noisy):
@@ -56,6 +66,17 @@ def test_the_files_have_text_that_is_text_and_the_same_bytes(quiet):
     for content in first.values():
         assert b"/CIDFontType2" in content
         assert b"CreationDate" not in content
+
+
+def test_the_figures_are_for_print_with_labels_that_can_be_read(many, noisy):
+    made = make("search", Inputs(results=(many, noisy)))
+    assert len(made.figures) == 17
+    for figure in made.figures.values():
+        assert figure.get_figwidth() <= style.WIDTH
+        with look():
+            style.lay_out(figure)
+            check_labels(figure)
+            assert min(text.get_fontsize() for text in texts_of(figure)) >= style.SMALL
 
 
 def test_no_folder_is_refused():

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from softvox_search.report import canvas
+from softvox_search.report.canvas import scaled
 from softvox_search.report.truth import TERMS, optimum
 
 #: The searcher that every panel shows for comparison, where the experiment has it.
@@ -35,7 +36,7 @@ def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figur
         By searcher: where the median of its runs ends.
     """
     made = _multiples(table, "iqm", title=title, ends=ends, is_banded=True)
-    made.supylabel("regret, voxel widths (IQM)", fontsize=9)
+    made.supylabel("regret, voxel widths (IQM)")
     made.axes[0].set_ylim(0, _top(table))
     return made
 
@@ -43,7 +44,7 @@ def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figur
 def ecdf(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
     """Draw the share of targets reached over time; parameters as `anytime`."""
     made = _multiples(table, "ecdf", title=title, ends=ends, is_banded=False)
-    made.supylabel("share of runs and targets", fontsize=9)
+    made.supylabel("share of runs and targets")
     made.axes[0].set_ylim(0, 1.02)
     return made
 
@@ -66,12 +67,12 @@ def _multiples(
                     curves[other]["unique"],
                     curves[other][column],
                     color=canvas.GREY,
-                    lw=0.7,
+                    lw=scaled(0.7),
                     ds=_STEPS,
                 )
         if BASELINE in curves and name != BASELINE:
             base = curves[BASELINE]
-            axis.plot(base["unique"], base[column], color=_BASE, lw=1.3, ls="--", ds=_STEPS)
+            axis.plot(base["unique"], base[column], color=_BASE, lw=scaled(1.3), ls="--", ds=_STEPS)
         _own(axis, curves[name], column, end=ends[name], is_banded=is_banded)
         axis.set_title(name)
         axis.set_xscale("log")
@@ -79,7 +80,7 @@ def _multiples(
     axes[0].set_xlim(1, max(longest, 2.0))
     axes[0].xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes[0].xaxis.set_minor_formatter(NullFormatter())
-    made.supxlabel("unique evaluations", fontsize=9)
+    made.supxlabel("unique evaluations")
     canvas.legend(made, title, _multiples_legend(names, is_banded=is_banded))
     return made
 
@@ -93,21 +94,23 @@ def _own(axis: Axes, curve: pd.DataFrame, column: str, *, end: float, is_banded:
             at, curve["low"], curve["high"], color=_OWN, alpha=0.25, lw=0, step="post"
         )
     done = int(np.sum(at <= end))
-    look: dict[str, Any] = {"color": _OWN, "lw": 1.8, "ds": _STEPS}
+    look: dict[str, Any] = {"color": _OWN, "lw": scaled(1.8), "ds": _STEPS}
     axis.plot([*at[:done], end], [*values[:done], values[done - 1]], **look)
     if end < at[-1]:
         axis.plot([end, *at[done:]], [values[done - 1], *values[done:]], ls=(0, (1, 1)), **look)
-        axis.plot(end, values[done - 1], marker="X", color=_OWN, ms=6, clip_on=False, zorder=5)
+        axis.plot(
+            end, values[done - 1], marker="X", color=_OWN, ms=scaled(6), clip_on=False, zorder=5
+        )
 
 
 def _multiples_legend(names: list[str], *, is_banded: bool) -> list[Line2D]:
-    handles = [Line2D([], [], color=_OWN, lw=1.8, label="the searcher named above")]
+    handles = [Line2D([], [], color=_OWN, lw=scaled(1.8), label="the searcher named above")]
     if is_banded:
-        handles.append(Line2D([], [], color=_OWN, lw=7, alpha=0.25, label="its 95 % band"))
+        handles.append(Line2D([], [], color=_OWN, lw=scaled(7), alpha=0.25, label="its 95 % band"))
     if BASELINE in names:
-        handles.append(Line2D([], [], color=_BASE, lw=1.3, ls="--", label=BASELINE))
+        handles.append(Line2D([], [], color=_BASE, lw=scaled(1.3), ls="--", label=BASELINE))
     if len(names) > 1:
-        handles.append(Line2D([], [], color=canvas.GREY, lw=0.9, label="the others"))
+        handles.append(Line2D([], [], color=canvas.GREY, lw=scaled(0.9), label="the others"))
     return handles
 
 
@@ -122,7 +125,7 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
     """
     names = list(dict.fromkeys(table["searcher"]))
     budgets = sorted(set(table["budget"]))
-    made = canvas.figure(1.4 + 1.5 * max(len(budgets), 3), 1.5 + 0.32 * len(names))
+    made = canvas.figure(1.4 + 1.5 * max(len(budgets), 3), scaled(1.5 + 0.32 * len(names)))
     axes = made.subplots(1, len(budgets), sharex=True, sharey=True, squeeze=False)[0]
     styles = {"raw": ("o", _OWN, _OWN, -0.14), "class": ("D", "white", _BASE, 0.14)}
     for axis, budget in zip(axes, budgets, strict=True):
@@ -130,16 +133,23 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
             here = table[(table["terms"] == terms) & (table["budget"] == budget)]
             marker, face, edge, shift = styles[terms]
             rows = np.array([names.index(name) for name in here["searcher"]]) + shift
-            axis.hlines(rows, here["low"], here["high"], color=edge, lw=1.2)
-            axis.plot(here["iqm"], rows, marker, mfc=face, mec=edge, ms=4.5, ls="none")
+            axis.hlines(rows, here["low"], here["high"], color=edge, lw=scaled(1.2))
+            axis.plot(here["iqm"], rows, marker, mfc=face, mec=edge, ms=scaled(4.5), ls="none")
         axis.set_title(f"{budget}")
         axis.set_xlim(-0.12, _top(table))
     axes[0].set_yticks(range(len(names)), names)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
-    made.supxlabel("regret after so many unique evaluations, voxel widths (IQM)", fontsize=9)
+    made.supxlabel("regret after so many unique evaluations, voxel widths (IQM)")
     handles = [
         Line2D(
-            [], [], marker=marker, mfc=face, mec=edge, color=edge, lw=1.2, label=f"{terms} terms"
+            [],
+            [],
+            marker=marker,
+            mfc=face,
+            mec=edge,
+            color=edge,
+            lw=scaled(1.2),
+            label=f"{terms} terms",
         )
         for terms, (marker, face, edge, _) in styles.items()
     ]
@@ -152,6 +162,10 @@ _MEASURES = {
     "true_regret": "true regret, voxel widths",
     "optimism": "optimism: believed less true, voxel widths",
 }
+
+
+#: Height of a panel that shows many policies, relative to others.
+_TALLER = 2.3 / 2.1
 
 
 def noise(
@@ -172,18 +186,18 @@ def noise(
     policies = list(dict.fromkeys(by_searcher["policy"]))
     panels = {"all together": by_policy} if len(names) > 1 else {}
     panels |= {name: by_searcher[by_searcher["searcher"] == name] for name in names}
-    made, axes = canvas.grid(len(panels), height=2.3)
+    made, axes = canvas.grid(len(panels), height=_TALLER)
     for axis, (name, here) in zip(axes, panels.items(), strict=True):
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
             shift = (i - (len(policies) - 1) / 2) * 0.6 / max(len(policies), 1)
             _points(axis, chosen, measure, [levels.index(v) + shift for v in chosen["level"]], i)
         axis.set_title(name, fontweight="bold" if name == "all together" else "normal")
-        axis.axhline(0, color=canvas.INK, lw=0.8)
+        axis.axhline(0, color=canvas.INK, lw=scaled(0.8))
     axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
     axes[0].set_xlim(-0.5, len(levels) - 0.5)
-    made.supxlabel("level of noise", fontsize=9)
-    made.supylabel(_MEASURES[measure], fontsize=9)
+    made.supxlabel("level of noise")
+    made.supylabel(_MEASURES[measure])
     handles = [
         Line2D([], [], **_look(i), label=policy or "no policy") for i, policy in enumerate(policies)
     ]
@@ -197,10 +211,10 @@ def _look(i: int) -> dict[str, Any]:
         "color": colour,
         "marker": canvas.MARKERS[i % len(canvas.MARKERS)],
         "ls": canvas.LINES[i % len(canvas.LINES)],
-        "lw": 1.0,
-        "ms": 4.5,
+        "lw": scaled(1.0),
+        "ms": scaled(4.5),
         "mec": canvas.INK,
-        "mew": 0.5,
+        "mew": scaled(0.5),
     }
 
 
@@ -209,5 +223,5 @@ def _points(
 ) -> None:
     look = _look(policy)
     low, high = table[f"{measure}_low"], table[f"{measure}_high"]
-    axis.vlines(places, low, high, color=look["color"], lw=1.4)
+    axis.vlines(places, low, high, color=look["color"], lw=scaled(1.4))
     axis.plot(places, table[measure], **look)

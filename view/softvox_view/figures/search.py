@@ -10,14 +10,23 @@ from matplotlib.figure import Figure
 
 from softvox_search.report import canvas
 from softvox_search.report.drawing import drawn
-from softvox_view.figures import Inputs, Made
+from softvox_view.figures import Inputs, Made, style
 from softvox_view.results_folder import read_all
+
+#: As large as the other figures, not as those of the report's page.
+LOOK = canvas.Look(
+    dpi=style.DPI,
+    font=style.SMALL,
+    widest=style.WIDTH,
+    panel=(style.WIDTH / 3, 1.25),
+    columns=(4, 3),
+)
 
 
 @contextmanager
 def look() -> Iterator[None]:
-    """Draw in the report's style, with text that stays text."""
-    with canvas.style():
+    """Draw in the report's style, for print, with text that stays text."""
+    with canvas.style(LOOK):
         matplotlib.rcParams["pdf.fonttype"] = 42
         yield
 
