@@ -9,7 +9,7 @@ SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -c -o /dev/null
 
-.PHONY: landscape test verify lint sanitize benchmark picture figures table noise sdist clean
+.PHONY: landscape test verify lint sanitize benchmark pictures figures table noise sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -70,9 +70,10 @@ sdist: $(VENV)/installed
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/engine.py
 
-picture: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --editable '.[plot]'
+# The committed pictures; anew after a change of how they look.
+pictures: $(VENV)/installed
 	$(BIN)/python docs/picture.py
+	$(BIN)/python tools/pictures.py
 
 clean:
 	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info *.egg-info src/softvox_gym/_engine.*

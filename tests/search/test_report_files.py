@@ -70,6 +70,31 @@ def test_a_comparison_with_noise_has_both_parts(tmp_path):
     assert {"figures/true_regret.png", "figures/optimism.png"} <= set(files)
 
 
+def test_figures_say_at_which_level_and_under_which_policy_searchers_are_compared(
+    tmp_path, monkeypatch
+):
+    figures = []
+    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    write(tmp_path, results(*random_runs(["a"], 2, 20, levels=(0.5,), policies=("mean", "all"))))
+    titles = [figure.legends[0].get_title().get_text() for figure in figures]
+    assert titles[0] == "Regret in raw terms, noise level 0.5, policy mean"
+    assert titles[4] == "Regret at fixed budgets, noise level 0.5, policy mean"
+
+
+def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, monkeypatch):
+    figures = []
+    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    write(tmp_path, results(run(0, "best", [6453]), run(1, "worst", [0])))
+    figure = figures[-1]  # of fixed budgets
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        for line in axis.lines:
+            at = axis.transData.transform(line.get_xydata())[:, 0]
+            half = line.get_markersize() / 2 * figure.dpi / 72
+            assert axis.bbox.x0 <= at.min() - half
+            assert at.max() + half <= axis.bbox.x1
+
+
 def test_the_same_results_give_the_same_bytes(tmp_path):
     made = results(*random_runs(["random", "ga"], 3, 60, levels=(1.0,), policies=("naive",)))
     shuffled = made.improvements.sample(frac=1, random_state=0)

@@ -60,7 +60,9 @@ def drawn(tables: Tables) -> dict[str, Figure]:
     made: dict[str, Figure] = {}
     for (level, policy), anytime in groups(tables.anytime, "level", "policy"):
         ends = _ends(_rows(tables.runs, level, policy))
-        at = "" if np.isnan(level) else f", noise level {level:g}"
+        at = ("" if np.isnan(level) else f", noise level {level:g}") + (
+            f", policy {policy}" if policy else ""
+        )
         for terms in TERMS:
             here = anytime[anytime["terms"] == terms]
             title = f"Regret in {terms} terms{at}"

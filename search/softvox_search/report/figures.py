@@ -114,6 +114,10 @@ def _multiples_legend(names: list[str], *, is_banded: bool) -> list[Line2D]:
     return handles
 
 
+#: Of a panel's width, beside the least and the greatest regret: room for half a marker.
+_SIDE = 0.06
+
+
 def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
     """Draw the regret at fixed budgets: a row per searcher, a panel per budget.
 
@@ -134,9 +138,10 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
             marker, face, edge, shift = styles[terms]
             rows = np.array([names.index(name) for name in here["searcher"]]) + shift
             axis.hlines(rows, here["low"], here["high"], color=edge, lw=scaled(1.2))
-            axis.plot(here["iqm"], rows, marker, mfc=face, mec=edge, ms=scaled(4.5), ls="none")
+            look: dict[str, Any] = {"mfc": face, "mec": edge, "ms": scaled(4.5), "ls": "none"}
+            axis.plot(here["iqm"], rows, marker, **look)
         axis.set_title(f"{budget}")
-        axis.set_xlim(-0.12, _top(table))
+        axis.set_xlim(-_SIDE * _top(table), (1 + _SIDE) * _top(table))
     axes[0].set_yticks(range(len(names)), names)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
     made.supxlabel("regret after so many unique evaluations, voxel widths (IQM)")
