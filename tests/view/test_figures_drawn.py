@@ -13,10 +13,10 @@ from softvox_gym import Design
 from softvox_gym.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
+from softvox_view.figures.bodies import best_of_bodies
 from softvox_view.figures.classes import COLOURS, KINDS, class_numbers, kinds
 from softvox_view.figures.gallery import published
 from softvox_view.figures.heading import DIMMED, STILL, colour_of
-from softvox_view.figures.kinds import best_of_kinds
 from softvox_view.figures.robustness import retained
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE, designs_of
 from softvox_view.figures.volume import relative_volume
@@ -148,8 +148,8 @@ def test_noise_leaves_the_share_that_its_mean_is():
     assert np.array_equal(np.isnan(share), fitness < 0.25)
 
 
-def test_the_nine_kinds_are_the_fittest_of_nine_different_bodies():
-    chosen = best_of_kinds()
+def test_the_robots_shown_are_the_fittest_of_the_nine_fittest_bodies():
+    chosen = best_of_bodies()
     fitness = softvox_gym.landscape()["fitness"]
 
     def body(design):
@@ -188,7 +188,7 @@ def test_simulated_tracks_are_a_file_of_tracks_that_has_no_error(tmp_path):
     path = tmp_path / "again.csv"
     path.write_bytes(made.tables["tracks_simulated.csv"])
     tracks = read_tracks(path, most_cycles=CYCLES)
-    assert [track.design for track in tracks] == [design.index for design in best_of_kinds()]
+    assert [track.design for track in tracks] == [design.index for design in best_of_bodies()]
     again = make("tracks", Inputs(tracks=tracks))
     rows = again.tables["tracks_compared.csv"].decode().splitlines()
     errors = [row.split(",")[-2:] for row in rows[1:]]
@@ -215,7 +215,7 @@ def test_real_tracks_of_other_designs_have_panels_of_their_own_up_to_a_limit():
         return RealTrack(design, "1", np.array([0.0, 1.0]), np.zeros((2, 2)))
 
     shown = designs_of([track(405), track(6453), track(405)])
-    assert shown == [*best_of_kinds(), Design(405)]
+    assert shown == [*best_of_bodies(), Design(405)]
     with pytest.raises(ValueError, match=r"19 designs besides the 9 .* leave some out"):
         designs_of([track(design) for design in range(19)])
 

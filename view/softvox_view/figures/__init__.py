@@ -25,7 +25,7 @@ FIGURES = {
     "classes": "maps of the kinds of robot and of the symmetry classes",
     "heading": "a map of the directions in which the designs travel",
     "robustness": "maps of what noise of level 1 leaves of the fitness",
-    "tracks": "nine kinds of robot over 23 cycles, real tracks laid over (Fig. 7')",
+    "tracks": "the best of nine bodies over 23 cycles, real tracks laid over (Fig. 7')",
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
     "search": "searchers compared, from folders of results of softvox compare",
 }

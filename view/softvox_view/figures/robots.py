@@ -8,26 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import ABSENT, ACTIVE, Design
-from softvox_gym.rendering import Pose, render
+from softvox_gym.design import Design
+from softvox_gym.rendering import render
+from softvox_gym.replay.data import rest_pose
 
 #: Voxel widths from the camera to the middle of the lattice: the lattice fills the picture.
 DISTANCE = 6.6
 MIDDLE = (1.0, 1.0, 0.86)
-
-
-def as_built(design: Design) -> Pose | None:
-    """Return the voxels of a design at rest on the floor; None for the empty one."""
-    sites = np.argwhere(design.array != ABSENT)
-    if not len(sites):
-        return None
-    n = len(sites)
-    return Pose(
-        position=sites + 0.5,
-        quaternion=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
-        edge=np.ones(n),
-        active=design.array[tuple(sites.T)] == ACTIVE,
-    )
 
 
 @lru_cache(maxsize=512)
@@ -46,7 +33,7 @@ def picture(design: Design, size: int) -> NDArray[np.uint8]:
         Read-only. All from the same place, so that sites can be compared.
     """
     made: NDArray[Any] = render(
-        as_built(design), width=size, height=size, look_at=MIDDLE, distance=DISTANCE
+        rest_pose(design.array), width=size, height=size, look_at=MIDDLE, distance=DISTANCE
     )
     made.flags.writeable = False
     return made

@@ -1,4 +1,4 @@
-"""Tracks of nine kinds of robot (Fig. 7'), and of real ones over them."""
+"""Tracks of the best of nine bodies (Fig. 7'), and of real robots over them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from softvox_gym.physics import Physics
 from softvox_gym.simulation import simulate
 from softvox_view.comparison import as_csv, as_lines, compare
 from softvox_view.figures import Inputs, Made, style
-from softvox_view.figures.kinds import best_of_kinds
+from softvox_view.figures.bodies import best_of_bodies
 from softvox_view.figures.robots import picture
 from softvox_view.tracks_csv import COLUMNS, RealTrack
 
@@ -59,21 +59,21 @@ def draw(inputs: Inputs) -> Made:
 
 
 def designs_of(real: Sequence[RealTrack]) -> list[Design]:
-    """Return the designs to show: the nine kinds, then others that there are real tracks of.
+    """Return the designs to show: the best of nine bodies, then others with real tracks.
 
     Raises
     ------
     ValueError
         Where these are too many.
     """
-    kinds = best_of_kinds()
-    more = [d for d in dict.fromkeys(Design(track.design) for track in real) if d not in kinds]
+    best = best_of_bodies()
+    more = [d for d in dict.fromkeys(Design(track.design) for track in real) if d not in best]
     if len(more) > MOST_MORE:
         raise ValueError(
-            f"real tracks are of {len(more)} designs besides the {len(kinds)} that are shown, and "
+            f"real tracks are of {len(more)} designs besides the {len(best)} that are shown, and "
             f"at most {MOST_MORE} have room; leave some out, or spread them over several files"
         )
-    return [*kinds, *more]
+    return [*best, *more]
 
 
 def simulated_tracks(designs: Sequence[Design]) -> Array:

@@ -14,7 +14,7 @@ from softvox_gym.design import ABSENT, Design
 from softvox_gym.physics import ACTUATIONS, Physics
 from softvox_gym.simulation import simulate
 from softvox_view.figures import Inputs, Made, style
-from softvox_view.figures.kinds import best_of_kinds
+from softvox_view.figures.bodies import best_of_bodies
 
 #: The cycle shown, counted from 0: the first one starts from rest.
 CYCLE = 1
@@ -61,7 +61,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
 
 
 def draw(_: Inputs) -> Made:
-    """Draw an active voxel under each mode, and the nine kinds of robot under the paper's."""
+    """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
     made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
     for mode in ACTUATIONS:
@@ -71,7 +71,7 @@ def draw(_: Inputs) -> Made:
     left.set_title("a\N{DOUBLE PRIME}  one active voxel, by mode of actuation", loc="left")
     left.set_ylabel("volume relative to rest")
     _robots(right)
-    right.set_title("b\N{DOUBLE PRIME}  nine kinds of robot, mode hold", loc="left")
+    right.set_title("b\N{DOUBLE PRIME}  the best of nine bodies, mode hold", loc="left")
     for axis in (left, right):
         axis.set_xlabel("time, cycles")
         axis.spines[["top", "right"]].set_visible(False)
@@ -82,7 +82,7 @@ def draw(_: Inputs) -> Made:
 
 def _robots(axis: Axes) -> None:
     """Draw a line per share of active voxels; robots that share it lie on each other."""
-    designs = best_of_kinds()
+    designs = best_of_bodies()
     time, volume = relative_volume(designs)
     shares: dict[Fraction, list[int]] = {}
     for i, design in enumerate(designs):

@@ -1,4 +1,4 @@
-"""The nine kinds of robot that tracks and volumes are shown of."""
+"""The robots that tracks and volumes are shown of: the fittest of nine bodies."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from softvox_gym.analysis.graph import all_digits
 from softvox_gym.analysis.symmetry import symmetries
 from softvox_gym.design import Design
 
-KINDS = 9
+BODIES = 9
 
 
 @lru_cache(maxsize=1)
-def best_of_kinds() -> tuple[Design, ...]:
-    """Return the fittest design of each of nine kinds, fittest first.
+def best_of_bodies() -> tuple[Design, ...]:
+    """Return the fittest design of each of nine bodies, fittest first.
 
-    A kind is a body: which sites are filled, with whatever, where bodies turned about the vertical
-    or mirrored are the same. The nine kinds are those with the fittest designs.
+    A body is which sites are filled, with whatever; bodies turned about the vertical or mirrored
+    are the same. The nine are those with the fittest designs.
     """
     filled = (all_digits() > 0).astype(np.int64)
     bodies = np.min([filled[:, order] @ (1 << np.arange(8)) for order in symmetries()], axis=0)
     best: dict[int, Design] = {}
     for number in np.argsort(-softvox_gym.landscape()["fitness"], kind="stable"):
         best.setdefault(int(bodies[number]), Design(int(number)))
-        if len(best) == KINDS:
+        if len(best) == BODIES:
             break
     return tuple(best.values())
