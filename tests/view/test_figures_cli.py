@@ -71,7 +71,7 @@ def test_earlier_figures_stay_unless_forced(tmp_path):
         (["search"], "give --results DIR"),
         (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
         (["heatmap", "--results", "results"], "--results is for the figure search; name that"),
-        (["--tracks", "nothing.csv"], r"--tracks nothing\.csv: No such file"),
+        (["--tracks", "nothing.csv"], r"--tracks nothing\.csv does not exist; name"),
         (["--results", "nothing"], "--results nothing is not a folder"),
     ],
 )

@@ -62,6 +62,16 @@ def test_a_shorter_real_track_is_compared_as_far_as_it_goes():
     assert made.end_point_error == pytest.approx(0)
 
 
+def test_a_robot_that_travels_little_has_no_heading_and_no_angle():
+    short = [[0, 0], [0.24, 0]]
+    made = compare(real(short, cycle=[0, 2]), STRAIGHT, PER_CYCLE)
+    assert np.isnan([made.angle, made.heading_real]).all()
+    assert made.heading_simulated == 0
+    made = compare(real(STRAIGHT), 0.1 * STRAIGHT, PER_CYCLE)
+    assert np.isnan([made.angle, made.heading_simulated]).all()
+    assert made.heading_real == 0
+
+
 def test_a_robot_that_stands_still_has_no_heading():
     made = compare(real(0 * STRAIGHT), STRAIGHT, PER_CYCLE)
     assert np.isnan(made.angle)

@@ -1,7 +1,10 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from softvox_view.tracks_csv import TracksError, read_tracks
+from softvox_view.csv_file import CsvError
+from softvox_view.tracks_csv import read_files, read_tracks
 
 HEADER = "design,trial,cycle,x_cm,y_cm\n"
 
@@ -38,31 +41,74 @@ def test_digits_other_orders_blank_lines_and_windows_files_are_read(read):
         ("design,trial,cycle,x,y\n", 1, "lacks x_cm, y_cm"),
         ("design,trial,cycle,x_cm,y_cm,y_cm\n", 1, "names y_cm twice"),
         (HEADER + "6453,1,0,0\n", 2, "4 values, but the first line names 5"),
-        (HEADER + "6561,1,0,0,0\n", 2, "give a number from 0 to 6560 or 8 digits"),
+        (HEADER + "6561,1,0,0,0\n", 2, "give a number from 1 to 6560 or 8 digits"),
         (HEADER + "00021223,1,0,0,0\n", 2, "design '00021223' does not exist"),
         (HEADER + "6453,1,0,0,0\n6453,1,1,left,0\n", 3, "x_cm must be a finite number .* 'left'"),
         (HEADER + "6453,1,0,0,nan\n", 2, "y_cm must be a finite number"),
-        (HEADER + "6453,1,0,0,1e300\n", 2, "more than 10000 cm .* give positions in cm"),
+        (HEADER + "0,1,0,0,0\n", 2, "design '0' has no voxels"),
+        (HEADER + "00000000,1,0,0,0\n", 2, "design '00000000' has no voxels"),
+        (HEADER + "6453,1,0,300,0\n6453,1,1,300,101\n", 3, "more than 100 cm from where .* in cm"),
         (HEADER + "6453,1,0,0,1_0\n", 2, "y_cm must be a finite number"),
         (HEADER + "6453,1,0,0,\n", 2, "leave the line out where it was not measured"),
         (HEADER + "6453,1,1,0,0\n", 2, "a trial starts at cycle 0, got 1"),
         (HEADER + "6453,1,0,0,0\n6453,1,2,0,0\n6453,1,2,0,0\n", 4, "sort the lines"),
-        (HEADER + "6453,1,0,0,0\n6453,1,24,0,0\n", 3, "not within 0 to 23"),
+        (HEADER + "6453,1,0,0,0\n6453,1,24,0,0\n", 3, "cycle 24 is not within 0 to 23"),
+        (HEADER + "6453,1,0,0,0\n6453,1,23.0000001,0,0\n", 3, "cycle 23.0000001 is not within"),
         (HEADER + "6453,1,0,0,0\n6453,2,0,0,0\n6453,2,1,0,0\n", 2, "a track needs two or more"),
-        (HEADER + '6453,"1,0,0,0\n', 2, "save the file as CSV anew"),
-        (HEADER + "6453,1,0,0,0\n6453,\0,1,0,0\n", 3, ""),
+        (HEADER + '6453,"1,0,0,0\n', 2, "does not end; mend that line, or save the file"),
+        (HEADER + '6453,"1,0,0,0\n6453,1,1,0,0\n6453,1,2,0,0\n', 2, "does not end"),
+        (HEADER + '6453,"1"a,0,0,0\n', 2, "save the file as CSV anew"),
+        (HEADER + '6453,"1\n",0,0,0\n6453,"1\n",1,0\n', 4, "4 values"),
+        (HEADER + "6453,1,0,0,0\n6453,\0,1,0,0\n", 3, "NUL.* take it out, or save"),
+        (
+            HEADER.encode() + b"6453,1,0,0,0\r\n6453,\xff,1,0,0\r\n",
+            3,
+            "save the file as CSV in UTF",
+        ),
+        (b"\xff\xfed\0e\0", 1, "not text in UTF-8; save"),
     ],
 )
 def test_a_malformed_file_is_refused_with_its_line_and_the_mend(read, text, line, mend):
-    with pytest.raises(TracksError, match=rf"real\.csv, line {line}: .*{mend}"):
+    with pytest.raises(CsvError, match=rf"real\.csv, line {line}: .*{mend}"):
         read(text)
 
 
 def test_a_file_without_tracks_is_refused(read):
-    with pytest.raises(TracksError, match=r"real\.csv has no track"):
+    with pytest.raises(CsvError, match=r"real\.csv has no track"):
         read(HEADER)
 
 
-def test_a_file_that_is_no_text_is_refused(read):
-    with pytest.raises(TracksError, match=r"real\.csv is not text in UTF-8"):
-        read(b"\xff\xfe\x00d")
+def test_a_file_that_is_not_there_or_is_a_folder_is_refused_with_the_mend(tmp_path):
+    with pytest.raises(CsvError, match=r"no\.csv does not exist; name a file that does"):
+        read_tracks(tmp_path / "no.csv", most_cycles=23)
+    with pytest.raises(CsvError, match=r"is a folder; name a CSV file in it"):
+        read_tracks(tmp_path, most_cycles=23)
+
+
+def test_a_file_that_may_not_be_read_is_refused_with_the_mend(tmp_path, monkeypatch):
+    def forbidden(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", forbidden)
+    with pytest.raises(CsvError, match=r"can't be read \(Permission denied\); make it readable"):
+        read_tracks(tmp_path / "real.csv", most_cycles=23)
+
+
+def test_several_files_are_read_one_after_the_other(tmp_path):
+    for name, design, trial in (("a", 6453, 1), ("b", 6453, 2), ("c", 573, 1)):
+        text = f"{HEADER}{design},{trial},0,0,0\n{design},{trial},1,1,1\n"
+        (tmp_path / name).write_text(text)
+    made = read_files([tmp_path / name for name in "abc"], most_cycles=23)
+    assert [(track.design, track.trial) for track in made] == [
+        (6453, "1"),
+        (6453, "2"),
+        (573, "1"),
+    ]
+
+
+def test_a_trial_that_two_files_have_is_refused_with_both(tmp_path):
+    for name in "ab":
+        (tmp_path / name).write_text(HEADER + "6453,one,0,0,0\n6453,one,1,1,1\n")
+    fault = r"b: design 6453 has a trial 'one' in .*a as well; give one of them another name"
+    with pytest.raises(CsvError, match=fault):
+        read_files([tmp_path / "a", tmp_path / "b"], most_cycles=23)

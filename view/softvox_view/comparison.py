@@ -9,10 +9,8 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_view.headings import LITTLE, angle_between, heading
 from softvox_view.tracks_csv import RealTrack
-
-#: cm; what moved less has no heading.
-LEAST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -26,9 +24,11 @@ class Compared:
     cycles : float
         Where the real track ends; displacements are taken there.
     heading_simulated, heading_real : float
-        Degrees from +x towards +y, above -180 and up to 180; NaN for a robot that stood still.
+        Degrees from +x towards +y, above -180 and up to 180; NaN for a robot that went less
+        than `headings.LITTLE`.
     angle : float
-        Between the two displacements, degrees, 0 to 180; NaN where either stood still.
+        Between the two displacements, degrees, 0 to 180; NaN where either is less than
+        `headings.LITTLE`.
     distance_simulated, distance_real : float
         cm, of the displacements.
     end_point_error : float
@@ -80,20 +80,6 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
     )
 
 
-def heading(displacement: NDArray[np.float64]) -> float:
-    """Return where a displacement points, degrees from +x towards +y; NaN for none."""
-    x, y = displacement
-    return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > LEAST else math.nan
-
-
-def angle_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the angle between two displacements, degrees, 0 to 180; NaN where one is none."""
-    if min(np.hypot(*a), np.hypot(*b)) <= LEAST:
-        return math.nan
-    across, along = a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]
-    return math.degrees(abs(math.atan2(across, along)))
-
-
 def _at(
     times: NDArray[np.float64], own: NDArray[np.float64], position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -131,11 +117,19 @@ def as_lines(rows: Iterable[Compared]) -> list[str]:
     for row in rows:
         lines.append(
             f"{row.design:6}  {_short(row.trial):12}  {row.cycles:6.4g}  "
-            f"{row.heading_simulated:8.1f}  {row.heading_real:6.1f}  {row.angle:6.1f}  "
+            f"{_degrees(row.heading_simulated):>8}  {_degrees(row.heading_real):>6}  "
+            f"{_degrees(row.angle):>6}  "
             f"{row.distance_simulated:8.2f}  {row.distance_real:6.2f}  "
             f"{row.end_point_error:9.2f}  {row.rms_error:9.2f}"
         )
-    return [*lines, "headings and angles in degrees, the rest in cm"]
+    return [
+        *lines,
+        f"headings and angles in degrees (-: went less than {LITTLE:g}), the rest in cm",
+    ]
+
+
+def _degrees(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.1f}"
 
 
 def _short(text: str, width: int = 12) -> str:

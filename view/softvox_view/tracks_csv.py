@@ -6,7 +6,8 @@ The first line names the columns, in any order; every other line is where a robo
     6453,1,0,0.0,0.0
     6453,1,0.5,-0.1,-0.2
 
-design  number, 0 to 6560, or the eight digits of the design
+design  number, 1 to 6560, or the eight digits of the design (a spreadsheet may take the zeros away
+        that they begin with: 00001222 is then read as design 1222; give numbers there)
 trial   name of the run, any text, so that a design can have several
 cycle   actuation cycles since the start: 0 on a trial's first line, growing from line to line
 x_cm    horizontal position of the robot's centre in cm, along the lattice's +x and +y as the robot
@@ -15,10 +16,9 @@ y_cm    was set down; a trial is moved so that it starts at 0, 0
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,17 +26,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.design import N_DESIGNS, N_SITES, Design
+from softvox_view.csv_file import CsvError, records
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
-#: cm; what is farther away is a wrong unit or a slip.
-MOST_CM = 10_000.0
+#: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
+MOST_CM = 100.0
 
 Point = tuple[float, float, float]
-
-
-class TracksError(ValueError):
-    """A file of tracks that can't be used; the message names the file, the line and the mend."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +56,27 @@ class RealTrack:
     position: NDArray[np.float64]
 
 
+def read_files(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
+    """Read tracks of real robots from several files; see `read_tracks`.
+
+    Raises
+    ------
+    CsvError
+        Also where two files have a trial of one name of the same design.
+    """
+    found: dict[tuple[int, str], tuple[Path, RealTrack]] = {}
+    for path in paths:
+        for track in read_tracks(path, most_cycles=most_cycles):
+            design, trial = track.design, track.trial
+            if (design, trial) in found:
+                raise CsvError(
+                    f"{path}: design {design} has a trial {trial!r} in {found[design, trial][0]} "
+                    "as well; give one of them another name, or leave one of the files out"
+                )
+            found[design, trial] = path, track
+    return tuple(track for _, track in found.values())
+
+
 def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
     """Read tracks of real robots.
 
@@ -75,23 +93,23 @@ def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
 
     Raises
     ------
-    TracksError
-        Where the file is not as this module says.
-    OSError
-        Where it can't be read.
+    CsvError
+        Where the file can't be read, or is not as this module says.
     """
     points: dict[tuple[int, str], list[Point]] = {}
     lines: dict[tuple[int, str], int] = {}
-    for line, row in _rows(path):
+    for line, record in records(path, COLUMNS):
         where = f"{path}, line {line}"
-        key, point = _design(where, row["design"]), _point(where, row, most_cycles)
-        trial = (key, row["trial"].strip())
-        _check_order(where, points.get(trial, []), point[0])
+        design, point = _design(where, record["design"]), _point(where, record, most_cycles)
+        trial = (design, record["trial"].strip())
+        _check_order(where, points.get(trial, []), point)
         points.setdefault(trial, []).append(point)
         lines[trial] = line
+    if not points:
+        raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
     for trial, made in points.items():
         if len(made) < 2:
-            raise TracksError(
+            raise CsvError(
                 f"{path}, line {lines[trial]}: design {trial[0]} has one point in trial "
                 f"{trial[1]!r}, and a track needs two or more; add the others, or take it out"
             )
@@ -103,69 +121,32 @@ def _track(design: int, trial: str, points: list[Point]) -> RealTrack:
     return RealTrack(design, trial, values[:, 0], values[:, 1:] - values[0, 1:])
 
 
-def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield each line's number and its cells by column; blank lines are left out."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, strict=True)
-            names = [name.strip() for name in next(reader, [])]
-            _check_header(path, names)
-            found = False
-            for cells in reader:
-                if not any(cell.strip() for cell in cells):
-                    continue
-                if len(cells) != len(names):
-                    raise TracksError(
-                        f"{path}, line {reader.line_num}: {len(cells)} values, but the first line "
-                        f"names {len(names)} columns; give one value for each, separated by commas"
-                    )
-                found = True
-                yield reader.line_num, dict(zip(names, cells, strict=True))
-    except UnicodeDecodeError:
-        raise TracksError(f"{path} is not text in UTF-8; save it as CSV in UTF-8") from None
-    except csv.Error as error:
-        raise TracksError(
-            f"{path}, line {reader.line_num}: {error}; mend that line, or save the file as CSV anew"
-        ) from None
-    if not found:
-        raise TracksError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
-
-
-def _check_header(path: Path, names: list[str]) -> None:
-    missing = [name for name in COLUMNS if name not in names]
-    twice = [name for name in COLUMNS if names.count(name) > 1]
-    if missing or twice:
-        wrong = f"lacks {', '.join(missing)}" if missing else f"names {twice[0]} twice"
-        shown = ",".join(names)[:60]
-        raise TracksError(
-            f"{path}, line 1: the first line {wrong}; it must name the columns "
-            f"{','.join(COLUMNS)}, separated by commas, got {shown!r}"
-        )
-
-
 def _design(where: str, text: str) -> int:
     text = text.strip()
     if re.fullmatch(f"[012]{{{N_SITES}}}", text):
-        return Design(text).index
-    if re.fullmatch(r"[0-9]{1,7}", text) and int(text) < N_DESIGNS:
-        return int(text)
-    raise TracksError(
-        f"{where}: design {text[:40]!r} does not exist; give a number from 0 to {N_DESIGNS - 1} "
-        f"or {N_SITES} digits 0, 1, 2"
-    )
-
-
-def _point(where: str, row: dict[str, str], most_cycles: float) -> Point:
-    cycle, x, y = (_number(where, name, row[name]) for name in COLUMNS[2:])
-    if not 0 <= cycle <= most_cycles:
-        raise TracksError(
-            f"{where}: cycle {cycle:g} is not within 0 to {most_cycles:g}, over which the robots "
-            "are simulated; count actuation cycles from the start, and leave out what comes later"
+        number = Design(text).index
+    elif re.fullmatch(r"[0-9]{1,7}", text) and int(text) < N_DESIGNS:
+        number = int(text)
+    else:
+        raise CsvError(
+            f"{where}: design {text[:40]!r} does not exist; give a number from 1 to "
+            f"{N_DESIGNS - 1} or {N_SITES} digits 0, 1, 2"
         )
-    if max(abs(x), abs(y)) > MOST_CM:
-        raise TracksError(
-            f"{where}: ({x:g}, {y:g}) is more than {MOST_CM:g} cm from the origin, which no robot "
-            "walks; give positions in cm"
+    if number == 0:
+        raise CsvError(
+            f"{where}: design {text!r} has no voxels, so no real robot is one; give the design "
+            "that was built"
+        )
+    return number
+
+
+def _point(where: str, record: dict[str, str], most_cycles: float) -> Point:
+    cycle, x, y = (_number(where, name, record[name]) for name in COLUMNS[2:])
+    if not 0 <= cycle <= most_cycles:
+        raise CsvError(
+            f"{where}: cycle {_shown(cycle)} is not within 0 to {_shown(most_cycles)}, over which "
+            "the robots are simulated; count actuation cycles from the start, and leave out what "
+            "comes later"
         )
     return cycle, x, y
 
@@ -176,21 +157,33 @@ def _number(where: str, name: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or "_" in text:
-        raise TracksError(
+        raise CsvError(
             f"{where}: {name} must be a finite number such as 1.25, got {text.strip()[:40]!r}; "
             "leave the line out where it was not measured"
         )
     return value
 
 
-def _check_order(where: str, before: list[Point], cycle: float) -> None:
+def _check_order(where: str, before: list[Point], point: Point) -> None:
+    """Make sure that a point can follow others of its trial."""
+    cycle, x, y = point
     if not before and cycle != 0:
-        raise TracksError(
-            f"{where}: a trial starts at cycle 0, got {cycle:g}; count from its first line, and "
-            "give each run of a robot a trial of its own"
-        )
-    if before and cycle <= before[-1][0]:
-        raise TracksError(
-            f"{where}: cycle {cycle:g} comes after {before[-1][0]:g}; sort the lines of a trial, "
+        raise CsvError(
+            f"{where}: a trial starts at cycle 0, got {_shown(cycle)}; count from its first line, "
             "and give each run of a robot a trial of its own"
         )
+    if before and cycle <= before[-1][0]:
+        raise CsvError(
+            f"{where}: cycle {_shown(cycle)} comes after {_shown(before[-1][0])}; sort the lines "
+            "of a trial, and give each run of a robot a trial of its own"
+        )
+    if before and math.hypot(x - before[0][1], y - before[0][2]) > MOST_CM:
+        raise CsvError(
+            f"{where}: ({_shown(x)}, {_shown(y)}) is more than {MOST_CM:g} cm from where the trial "
+            "starts, and no robot walks as far; give positions in cm"
+        )
+
+
+def _shown(value: float) -> str:
+    """Return a number with as many digits as it takes to tell it from others."""
+    return repr(value).removesuffix(".0")

@@ -61,7 +61,12 @@ def add_parser(commands: Any) -> None:
         help=f"of {', '.join(FORMATS)} (default: all)",
     )
     parser.add_argument(
-        "--tracks", type=Path, metavar="FILE.csv", help="tracks of real robots, for tracks"
+        "--tracks",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE.csv",
+        help="tracks of real robots, for tracks; may be given several times",
     )
     parser.add_argument(
         "--results",
@@ -135,12 +140,12 @@ def _expected(names: Sequence[str], formats: Sequence[str]) -> list[str]:
 
 def _inputs(args: Namespace) -> Inputs:
     from softvox_view.figures import tracks
-    from softvox_view.tracks_csv import read_tracks
+    from softvox_view.tracks_csv import read_files
 
     real: tuple[RealTrack, ...] = ()
-    if args.tracks is not None:
+    if args.tracks:
         with bad_input("--tracks"):
-            real = read_tracks(args.tracks, most_cycles=tracks.CYCLES)
+            real = read_files(args.tracks, most_cycles=tracks.CYCLES)
             tracks.designs_of(real)
     if args.results:
         from softvox_view.results_folder import read_all

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.headings import LITTLE
 
 Array = NDArray[np.float64]
-
-#: Voxel widths: a design that travels less has no heading to speak of.
-LITTLE = 0.25
 
 #: Lighter than any colour of the wheel, dimmed, so that it stays apart without colour as well.
 STILL, DIMMED = "white", 0.86

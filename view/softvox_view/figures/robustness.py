@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.headings import LITTLE
 
 LEVEL = 1.0
-
-#: Voxel widths: below this a share of the fitness says little.
-LITTLE = 0.25
 
 #: Shares at the ends of the scale; what lies beyond has the colour of the end.
 LOW, HIGH = 0.5, 2.0
