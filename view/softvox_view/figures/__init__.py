@@ -24,7 +24,7 @@ FIGURES = {
     "heatmap": "the fitness of all 6561 designs as a map (Fig. 4)",
     "classes": "maps of the kinds of robot and of the symmetry classes",
     "heading": "a map of the directions in which the designs travel",
-    "robustness": "maps of what noise of level 1 leaves of the fitness",
+    "robustness": "maps of the mean fitness at noise level 1, and of the share kept",
     "tracks": "the best of nine bodies over 23 cycles, real tracks laid over (Fig. 7')",
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
     "search": "searchers compared, from folders of results of softvox compare",

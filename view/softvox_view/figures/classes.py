@@ -24,12 +24,17 @@ def kinds() -> NDArray[np.int64]:
     return np.where(table["n_voxels"] == 0, 0, kind)
 
 
-def class_numbers() -> NDArray[np.int64]:
-    """Return for every design the number of its symmetry class, shape (6561,).
+def class_ranks() -> NDArray[np.int64]:
+    """Return for every design the rank of its symmetry class, shape (6561,).
 
-    The 1035 classes are numbered from 0 in the order of their smallest design.
+    The 1035 classes are ranked from 1 by their fittest design, ties by their smallest.
     """
-    return np.unique(symmetry_classes(), return_inverse=True)[1]
+    smallest, member_of = np.unique(symmetry_classes(), return_inverse=True)
+    best = np.full(len(smallest), -np.inf)
+    np.maximum.at(best, member_of, softvox_gym.landscape()["fitness"])
+    rank = np.empty(len(smallest), dtype=np.int64)
+    rank[np.lexsort((smallest, -best))] = 1 + np.arange(len(smallest))
+    return rank[member_of]
 
 
 def draw(_: Inputs) -> Made:
@@ -47,9 +52,11 @@ def draw(_: Inputs) -> Made:
     ]
     key.set_axis_off()
     key.legend(handles=handles, loc="center", ncols=2)
-    numbers = 1 + class_numbers()
-    image = maps.show(right, numbers, cmap=style.SEQUENTIAL)
+    ranks = class_ranks()
+    image = maps.show(right, ranks, cmap=f"{style.SEQUENTIAL}_r")
     right.set_title("b  symmetry class", loc="left")
-    label = f"class, 1 to {numbers.max()}, by its smallest design"
-    made.colorbar(image, cax=bar, label=label, orientation="horizontal")
+    scale = made.colorbar(image, cax=bar, orientation="horizontal")
+    scale.set_label("rank of the class by its fittest design")
+    scale.set_ticks([ranks.max(), 800, 600, 400, 200, 1])
+    bar.invert_xaxis()  # the lightest to the right, as on the other maps
     return Made({"classes": made})

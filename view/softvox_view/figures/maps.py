@@ -50,7 +50,14 @@ def frame(axis: Axes, *, lines: str = "white") -> None:
     axis.set_ylabel("$d_1$; within it $d_3$, then $d_5$, then $d_7$")
 
 
-def mark(axis: Axes, design: int, text: str, *, offset: tuple[float, float] = (6, 6)) -> None:
+def mark(
+    axis: Axes,
+    design: int,
+    text: str,
+    *,
+    offset: tuple[float, float] = (6, 6),
+    ring: float = 6.0,
+) -> None:
     """Put a ring around a design and a word beside it, readable on any colour.
 
     Parameters
@@ -61,18 +68,21 @@ def mark(axis: Axes, design: int, text: str, *, offset: tuple[float, float] = (6
     text : str
     offset : (float, float)
         From the design to the word, points.
+    ring : float
+        Its diameter, points.
     """
     row, column = (int(place) for place in cell_of(design))
     axis.plot(
         column,
         row,
         "o",
-        ms=6,
+        ms=ring,
         mfc="none",
         mec=style.INK,
         mew=0.9,
         path_effects=[patheffects.withStroke(linewidth=2.2, foreground="white")],
         clip_on=False,
+        zorder=5,
     )
     axis.annotate(
         text,
@@ -84,4 +94,5 @@ def mark(axis: Axes, design: int, text: str, *, offset: tuple[float, float] = (6
         bbox={"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0},
         ha="left" if offset[0] >= 0 else "right",
         va="bottom" if offset[1] >= 0 else "top",
+        zorder=5,
     )

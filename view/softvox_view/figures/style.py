@@ -34,8 +34,10 @@ INK, GREY, PALE = "#222222", "#8C8C8C", "#D9D9D9"
 SEQUENTIAL = "cividis"
 #: Directions: cyclic, dark towards +-180 degrees.
 CYCLIC = "twilight"
-#: Time, from dark to light: cut off before it is too pale for a line on white.
-TIME, PALEST = "viridis", 0.9
+#: Time, from dark to light.
+TIME = "viridis"
+#: Where a map of colours ends that has to stay apart from white.
+PALEST = 0.9
 
 _STYLE: dict[Any, Any] = {
     "font.size": FONT,
@@ -80,9 +82,9 @@ def figure(width: float, height: float, *, layout: Layout | None = "constrained"
     return made
 
 
-def time_map() -> ListedColormap:
-    """Return the colours of time."""
-    return ListedColormap(colormaps[TIME](np.linspace(0, PALEST, 256)))
+def on_white(name: str) -> ListedColormap:
+    """Return a map of colours, cut off before it is too pale beside white."""
+    return ListedColormap(colormaps[name](np.linspace(0, PALEST, 256)))
 
 
 def encoded(made: Figure, form: str) -> bytes:

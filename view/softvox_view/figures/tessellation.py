@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 
 import softvox_gym
 from softvox_gym.design import N_DESIGNS, N_SITES, Design
+from softvox_gym.rendering import ACTIVE, PASSIVE
 from softvox_view.figures import Inputs, Made, maps, style
 from softvox_view.figures.robots import picture
 from softvox_view.tessellation import PAIRS, cell_of
@@ -20,8 +21,11 @@ DESIGN = 6453
 #: Pixels of a robot's picture.
 PIXELS = 150
 
-#: Points; the square chosen, and the panel that shows what is in it.
-FRAME = 1.6
+#: Points: the square chosen, and the panel that shows what is in it; the ring in the smallest one.
+FRAME, RING = 1.6, 3.2
+
+#: What the digits stand for.
+MATERIALS = (("0 absent", "white"), ("1 passive, cyan", PASSIVE), ("2 active, red", ACTIVE))
 
 #: Three designs that show where the map begins, has its middle and ends.
 LANDMARKS = (
@@ -57,8 +61,10 @@ def _sites(axis: Axes) -> None:
     for along, name in ((right, "x"), (back, "y"), (up, "z")):
         _arrow(axis, along / np.hypot(*along), name)
     axis.set(xlim=(-1.0, 4.9), ylim=(-1.0, 4.3), aspect="equal")
-    axis.set_title("a  a digit per site: 0 absent, 1 passive, 2 active", loc="left")
+    axis.set_title("a  the sites, a digit for each", loc="left")
     axis.set_axis_off()
+    handles = [Patch(fc=colour, ec=style.INK, lw=0.6, label=name) for name, colour in MATERIALS]
+    axis.legend(handles=handles, loc="lower right", handlelength=1.0, handleheight=1.0)
 
 
 def _arrow(axis: Axes, along: Any, name: str) -> None:
@@ -90,11 +96,12 @@ def _whole(axis: Axes) -> None:
             axis.axvline(edge, color=style.GREY, lw=width)
     for design, text, offset in LANDMARKS:
         maps.mark(axis, design, text, offset=offset)
-    maps.mark(axis, DESIGN, f"{DESIGN}", offset=(6, 2))
+    maps.mark(axis, DESIGN, f"{DESIGN}", offset=(4, 5), ring=RING)
     row, column = (int(place) for place in cell_of(DESIGN))
     for side in (27, 9, 3):
         corner = (column // side * side - 0.5, row // side * side - 0.5)
-        axis.add_patch(Rectangle(corner, side, side, fill=False, ec=style.INK, lw=1.1))
+        square: dict[str, Any] = {"fill": False, "ec": style.INK, "lw": FRAME, "zorder": 4}
+        axis.add_patch(Rectangle(corner, side, side, **square))
     axis.set_title("b  the map: a cell for each of 6561 designs", loc="left")
 
 

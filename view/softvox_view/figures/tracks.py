@@ -131,7 +131,7 @@ def _panels(
 def _panel(axis: Axes, ours: Array, theirs: Sequence[RealTrack]) -> LineCollection:
     segments = np.stack([ours[:-1], ours[1:]], axis=1)
     time = np.arange(len(segments)) / PER_CYCLE
-    line = LineCollection(list(segments), cmap=style.time_map(), array=time, lw=1.6)
+    line = LineCollection(list(segments), cmap=style.on_white(style.TIME), array=time, lw=1.6)
     line.set_clim(0, CYCLES)
     axis.add_collection(line)
     for track in theirs:
