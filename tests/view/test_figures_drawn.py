@@ -16,7 +16,7 @@ from softvox_view.figures import FIGURES, Inputs, files_of, make, style
 from softvox_view.figures.bodies import best_of_bodies
 from softvox_view.figures.classes import COLOURS, KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
-from softvox_view.figures.heading import DIMMED, STILL, colour_of
+from softvox_view.figures.heading import DIMMED, STILL, colour_of, mean_displacement
 from softvox_view.figures.robustness import kept
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE, designs_of
 from softvox_view.figures.volume import relative_volume
@@ -150,6 +150,17 @@ def test_headings_have_the_colours_of_the_wheel_and_little_travel_has_none():
     assert np.array_equal(colours[0], [1, 1, 1])
     assert np.array_equal(colours[1], colours[2])
     assert len(np.unique(colours, axis=0)) == 4
+
+
+def test_an_arrow_is_the_mean_displacement_of_the_designs_of_its_square():
+    table = softvox_gym.landscape()
+    displacement = np.stack([table["dx"], table["dy"]], axis=1)
+    rows, columns = cell_of(np.arange(6561))
+    mean = mean_displacement(displacement)
+    for row, column in ((0, 0), (2, 7), (8, 3)):
+        inside = (rows // 9 == row) & (columns // 9 == column)
+        assert inside.sum() == 81
+        assert mean[row, column] == pytest.approx(displacement[inside].mean(axis=0), abs=1e-12)
 
 
 def test_the_share_kept_is_that_of_the_worst_tenth_of_the_draws_of_robots_that_walk():
