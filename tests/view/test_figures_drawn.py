@@ -18,7 +18,7 @@ from softvox_view.figures.classes import COLOURS, KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
 from softvox_view.figures.heading import DIMMED, STILL, colour_of, mean_displacement
 from softvox_view.figures.robustness import kept
-from softvox_view.figures.tracks import CYCLES, PER_CYCLE, designs_of
+from softvox_view.figures.tracks import CYCLES, PER_CYCLE
 from softvox_view.figures.volume import relative_volume
 from softvox_view.tessellation import cell_of
 from softvox_view.tracks_csv import RealTrack, read_tracks
@@ -232,16 +232,6 @@ def test_a_robot_turned_aside_is_found_out(tmp_path):
     assert row.end_point_error == pytest.approx(np.sqrt(2) * row.distance_real)
     shown = make("tracks", Inputs(tracks=(turned,)))
     assert any("turned" in line and " 90.0 " in line for line in shown.lines)
-
-
-def test_real_tracks_of_other_designs_have_panels_of_their_own_up_to_a_limit():
-    def track(design):
-        return RealTrack(design, "1", np.array([0.0, 1.0]), np.zeros((2, 2)))
-
-    shown = designs_of([track(405), track(6453), track(405)])
-    assert shown == [*best_of_bodies(), Design(405)]
-    with pytest.raises(ValueError, match=r"19 designs besides the 9 .* leave some out"):
-        designs_of([track(design) for design in range(19)])
 
 
 def test_an_unknown_figure_is_refused_with_the_names_there_are():

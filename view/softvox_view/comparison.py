@@ -63,7 +63,7 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
     own = np.arange(len(simulated)) / per_cycle
     end = float(real.cycle[-1])
     times = np.union1d(own[own <= end], real.cycle)
-    ours, theirs = _at(times, own, simulated), _at(times, real.cycle, real.position)
+    ours, theirs = track_at(times, own, simulated), track_at(times, real.cycle, real.position)
     apart = theirs - ours
     there, here = theirs[-1], ours[-1]
     return Compared(
@@ -80,9 +80,22 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
     )
 
 
-def _at(
+def track_at(
     times: NDArray[np.float64], own: NDArray[np.float64], position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    """Return where a track is at other times than its own, straight between its points.
+
+    Parameters
+    ----------
+    times : ndarray, shape (m,)
+    own : ndarray, shape (n,)
+        Increasing, of the same clock.
+    position : ndarray, shape (n, 2)
+
+    Returns
+    -------
+    ndarray, shape (m, 2)
+    """
     return np.stack([np.interp(times, own, position[:, axis]) for axis in range(2)], axis=1)
 
 
@@ -116,7 +129,7 @@ def as_lines(rows: Iterable[Compared]) -> list[str]:
     ]
     for row in rows:
         lines.append(
-            f"{row.design:6}  {_short(row.trial):12}  {row.cycles:6.4g}  "
+            f"{row.design:6}  {short(row.trial):12}  {row.cycles:6.4g}  "
             f"{_degrees(row.heading_simulated):>8}  {_degrees(row.heading_real):>6}  "
             f"{_degrees(row.angle):>6}  "
             f"{row.distance_simulated:8.2f}  {row.distance_real:6.2f}  "
@@ -132,6 +145,7 @@ def _degrees(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.1f}"
 
 
-def _short(text: str, width: int = 12) -> str:
+def short(text: str, width: int = 12) -> str:
+    """Return a trial's name as it is shown: so many characters at most, all of them printable."""
     shown = "".join(c if c.isprintable() else "?" for c in text)
     return shown if len(shown) <= width else shown[: width - 1] + "\N{HORIZONTAL ELLIPSIS}"
