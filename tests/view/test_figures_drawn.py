@@ -5,7 +5,6 @@ from functools import cache
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib import colormaps
 from view.figure_labels import check_labels, texts_of
 
 import softvox_gym
@@ -14,9 +13,9 @@ from softvox_gym.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
 from softvox_view.figures.bodies import best_of_bodies
-from softvox_view.figures.classes import COLOURS, KINDS, class_ranks, kinds
+from softvox_view.figures.classes import KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
-from softvox_view.figures.heading import DIMMED, STILL, colour_of, mean_displacement
+from softvox_view.figures.heading import colour_of, mean_displacement
 from softvox_view.figures.robustness import kept
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE
 from softvox_view.figures.volume import relative_volume
@@ -76,26 +75,6 @@ def test_the_users_settings_stay_and_do_not_matter():
         again = files_of(make("volume"), style.FORMATS)
         assert matplotlib.rcParams["font.size"] == 20
     assert again == files
-
-
-def lightness(colour):
-    linear = np.where(np.array(colour) <= 0.04045, np.array(colour) / 12.92, 0)
-    linear = np.where(linear > 0, linear, ((np.array(colour) + 0.055) / 1.055) ** 2.4)
-    return linear @ [0.2126, 0.7152, 0.0722]
-
-
-@pytest.mark.parametrize("colours", [colormaps[style.SEQUENTIAL], style.on_white(style.TIME)])
-def test_scales_grow_lighter_all_the_way(colours):
-    made = lightness(colours(np.linspace(0, 1, 64))[:, :3])
-    assert np.all(np.diff(made) > 0)
-    assert made[-1] - made[0] > 0.5
-
-
-def test_kinds_and_headings_stay_apart_without_colour():
-    made = lightness(np.array([matplotlib.colors.to_rgb(colour) for colour in COLOURS]))
-    assert np.diff(made).min() > 0.02
-    assert STILL == "white"
-    assert lightness(DIMMED * colormaps[style.CYCLIC](np.linspace(0, 1, 64))[:, :3]).max() < 0.6
 
 
 def test_the_gallery_shows_the_published_hundred_in_their_order():
