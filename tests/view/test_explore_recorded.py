@@ -16,7 +16,8 @@ from explore_page import map_pixels, one, opened, shown
 from explore_serving import serving
 
 from softvox_gym import landscape
-from softvox_view.explore.recorded import FolderError, read, read_all
+from softvox_view.explore.recorded import read, read_all
+from softvox_view.folders import ResultsError
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="needs softvox-gym[search]")
 
@@ -120,7 +121,7 @@ def spoiled(folder, tmp_path, spoil):
 )
 def test_a_folder_without_paths_is_refused_with_the_mend(folder, tmp_path, spoil, words):
     other = spoiled(folder, tmp_path, spoil)
-    with pytest.raises(FolderError) as caught:
+    with pytest.raises(ResultsError) as caught:
         read(other)
     assert str(caught.value).startswith(str(other))
     assert words in str(caught.value)
@@ -128,9 +129,7 @@ def test_a_folder_without_paths_is_refused_with_the_mend(folder, tmp_path, spoil
 
 
 def test_two_folders_of_one_name_are_refused(folder):
-    with pytest.raises(
-        FolderError, match="two folders are called small results; give each its own"
-    ):
+    with pytest.raises(ResultsError, match="two folders of results are called small results"):
         read_all([folder, folder])
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 from softvox_search.report.drawing import Tables
 from softvox_search.report.frames import groups
 from softvox_search.report.truth import TERMS
+from softvox_view.folders import ResultsError, by_name, checked
 
 #: Columns of text; in all others nothing stands for NaN.
 TEXT = ("searcher", "policy", "terms", "status", "digest")
@@ -35,10 +36,6 @@ POLICIES = ("tables/noise_policies.csv", ("level", "policy", "known", *_MEASURED
 Cell = tuple[Any, ...]
 
 
-class ResultsError(ValueError):
-    """A folder that no figures can be made of; the message says what is wrong, and the mend."""
-
-
 def read_all(folders: Sequence[Path]) -> dict[str, Tables]:
     """Read folders of results, by their names.
 
@@ -47,18 +44,11 @@ def read_all(folders: Sequence[Path]) -> dict[str, Tables]:
     ResultsError
         Where there is no folder, two have the same name, or one can't be used.
     """
-    names = [folder.resolve().name for folder in folders]
-    if not names:
+    if not folders:
         raise ResultsError(
             "the figure search is made from results; name a folder of softvox compare"
         )
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise ResultsError(
-            f"two folders of results are called {twice}, and so would their figures be; draw them "
-            "one after the other into different folders"
-        )
-    return {name: read(folder) for name, folder in zip(names, folders, strict=True)}
+    return {name: read(folder) for name, folder in by_name(folders).items()}
 
 
 def read(folder: Path) -> Tables:
@@ -69,9 +59,7 @@ def read(folder: Path) -> Tables:
     ResultsError
         Where a table is missing, is none, is cut off or does not belong to the runs.
     """
-    if not folder.is_dir():
-        raise ResultsError(f"{folder} is not a folder; name one that softvox compare has written")
-    runs = _table(folder, *RUNS)
+    runs = _table(checked(folder), *RUNS)
     finished = runs[runs["status"] == "ok"]
     has_noise = bool(finished["level"].notna().any())
     made = Tables(

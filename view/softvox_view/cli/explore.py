@@ -14,6 +14,7 @@ from typing import Any
 from softvox_gym.cli.parser import add_threads
 from softvox_gym.cli.signals import Stopped
 from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_view.cli.options import add_results
 
 PORT = 8653
 
@@ -48,15 +49,7 @@ def add_parser(commands: Any) -> None:
         metavar="STATE",
         help="to begin with, as 'design=6453&gravity=-1.62'",
     )
-    parser.add_argument(
-        "--results",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="a folder of softvox compare, whose searchers' paths can be laid over the map; "
-        "may be given several times",
-    )
+    add_results(parser, "whose searchers' paths can be laid over the map")
     parser.add_argument(
         "--no-browser", action="store_true", help="open none; only print the address"
     )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.progress import Progress
+from softvox_view.cli.options import add_results
 from softvox_view.figures import FIGURES, Inputs, files_of, make
 
 if TYPE_CHECKING:
@@ -68,14 +69,7 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="tracks of real robots, for tracks; may be given several times",
     )
-    parser.add_argument(
-        "--results",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="a folder of softvox compare, for search; may be given several times",
-    )
+    add_results(parser, "for search")
     parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)

@@ -11,13 +11,10 @@ from typing import Any
 from softvox_gym import Design
 from softvox_view.explore.landscapes import listed, published
 from softvox_view.explore.parameters import BadRequestError
+from softvox_view.folders import ResultsError, by_name, checked
 
 #: What is read of the runs.
 COLUMNS = ("run", "searcher", "level", "policy", "seed", "status", "evaluations", "recommended")
-
-
-class FolderError(ValueError):
-    """A folder without paths; the message says what is missing, and the mend."""
 
 
 @dataclass(frozen=True)
@@ -121,16 +118,10 @@ def read_all(folders: Sequence[Path]) -> dict[str, Recorded]:
 
     Raises
     ------
-    FolderError
+    ResultsError
         Where one is no folder of finished results, or two have the same name.
     """
-    found: dict[str, Recorded] = {}
-    for folder in folders:
-        recorded = read(folder)
-        if recorded.name in found:
-            raise FolderError(f"two folders are called {recorded.name}; give each its own name")
-        found[recorded.name] = recorded
-    return found
+    return {name: read(folder) for name, folder in by_name(folders).items()}
 
 
 def read(folder: Path) -> Recorded:
@@ -138,15 +129,13 @@ def read(folder: Path) -> Recorded:
 
     Raises
     ------
-    FolderError
+    ResultsError
         Where it is none, not finished, or without the table of evaluations.
     """
-    if not folder.is_dir():
-        raise FolderError(f"{folder} is not a folder; name one that softvox compare has written")
-    table, evaluations = folder / "runs.csv", folder / "evaluations.parquet"
+    table, evaluations = checked(folder) / "runs.csv", folder / "evaluations.parquet"
     for path in (table, evaluations):
         if not path.is_file():
-            raise FolderError(
+            raise ResultsError(
                 f"{folder} has no {path.name}, which softvox compare FILE.toml writes there"
             )
     _check_columns(evaluations, ("run", "sequence", "design", "fitness"))
@@ -163,7 +152,7 @@ def _check_columns(path: Path, columns: Sequence[str]) -> None:
         names = []
     missing = [name for name in columns if name not in names]
     if missing:
-        raise FolderError(
+        raise ResultsError(
             f"{path} lacks the column {missing[0]}; softvox compare FILE.toml --out {path.parent} "
             "--force writes it anew"
         )
@@ -181,12 +170,12 @@ def _runs(path: Path) -> dict[str, dict[int, Run]]:
                 Design(run.recommended)
                 runs.setdefault(_name(texts), {})[int(texts["seed"])] = run
     except (KeyError, TypeError, ValueError) as error:
-        raise FolderError(
+        raise ResultsError(
             f"{path} can't be read as the runs of softvox compare ({error}); "
             f"softvox compare FILE.toml --out {path.parent} --force writes it anew"
         ) from None
     if not runs:
-        raise FolderError(f"{path} holds no finished run; choose another folder")
+        raise ResultsError(f"{path} holds no finished run; choose another folder")
     return runs
 
 
