@@ -74,6 +74,8 @@ benchmark: $(VENV)/installed
 pictures: $(VENV)/installed
 	$(BIN)/python docs/picture.py
 	$(BIN)/python tools/pictures.py
+	$(BIN)/softvox replay 6453 --width 240 --fps 14 --speed 1 --force --out docs/6453.gif
+	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 
 clean:
 	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info *.egg-info src/softvox_gym/_engine.*
