@@ -235,6 +235,12 @@ def test_a_searchers_path_lies_over_the_map(driver, served):
     assert said.startswith("60 of 60 evaluations, 60 designs; ◆ best ")
     assert (map_pixels(driver) != bare).any()
     assert "searcher=hill_climber&seed=1&budget=60" in driver.current_url
+    driver.execute_script("document.getElementById('upto').value = 20")
+    entered(driver, "#find-text", "4295")
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    driver.back()
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453")
+    assert shown(driver, "upto", "value") == "20"  # the path is not searched again
     one(driver, "#clear-path").click()
     assert np.array_equal(map_pixels(driver), bare)
 

@@ -30,8 +30,10 @@ export class PathPanel {
     find("results").value = fields.results;
     this.#offer(fields.results);
     for (const name of ["searcher", "seed", "budget"]) find(name).value = fields[name];
-    if (fields.searcher) this.#search(fields);
-    else this.#clear();
+    const isSeen = PATH.every((name) => this.#path?.fields[name] === fields[name]);
+    if (!fields.searcher) this.#clear();
+    else if (isSeen) this.#keep();
+    else this.#search(fields);
   }
 
   #listen(onChange) {
@@ -66,16 +68,16 @@ export class PathPanel {
 
   async #search({ results, searcher, seed, budget }) {
     const bar = find("path-progress");
+    const asked = { results, searcher, seed, budget };
     bar.hidden = false;
     bar.removeAttribute("value");
     find("path-text").textContent = "";
     try {
-      const asked = { results, searcher, seed, budget };
       const path = await this.#asked.ask((signal) =>
         work("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
       );
       if (!path) return; // a newer one is under way, and the bar is its own
-      this.#path = { ...path, best: improvements(path) };
+      this.#path = { ...path, fields: asked, best: improvements(path) };
       const upto = find("upto");
       upto.max = path.designs.length;
       upto.value = path.designs.length;
@@ -87,6 +89,13 @@ export class PathPanel {
       if (!(error instanceof Refused)) reportError(error);
     }
     bar.hidden = true;
+  }
+
+  /** Stay with the path that is seen, whatever else was asked for meanwhile. */
+  #keep() {
+    this.#asked.cancel();
+    find("path-progress").hidden = true;
+    this.#draw();
   }
 
   #draw() {

@@ -5,7 +5,7 @@ const AZIMUTH = (-62 * Math.PI) / 180; // as the replay begins
 const ELEVATION = (27 * Math.PI) / 180;
 const TOWARDS = [Math.cos(AZIMUTH), Math.sin(AZIMUTH)];
 
-export const NAMES = ["absent", "passive", "active"];
+const NAMES = ["absent", "passive", "active"];
 const FILLS = [null, [77, 214, 237], [242, 69, 56]]; // of softvox_gym.rendering
 
 // The three faces that are seen, as corners of the unit cube, and how bright they are.
@@ -21,12 +21,12 @@ export function digitsOf(design) {
 }
 
 /** The number of a design with these digits. */
-export function designOf(digits) {
+function designOf(digits) {
   return [...digits].reduce((sum, digit, i) => sum + Number(digit) * 3 ** i, 0);
 }
 
 /** Where a site is: [x, y, z]. */
-export function siteOf(i) {
+function siteOf(i) {
   return [i & 1, (i >> 1) & 1, i >> 2];
 }
 
