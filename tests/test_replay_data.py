@@ -110,6 +110,11 @@ def test_a_run_that_ends_before_the_others_keeps_its_last_pose():
     assert (centres(shorter)[shorter["last"] :] == centres(shorter)[-1]).all()
 
 
+def test_a_frame_before_the_first_is_refused():
+    with pytest.raises(ValueError, match="frame must be at least 0, got -1"):
+        replay.pose(simulate(6453, frames=500), 0, -1)
+
+
 def test_a_run_that_diverges_at_once_is_shown_as_built():
     phase = np.zeros((2, 2, 2, 2))
     phase[1] = 2.0**60  # too far to have parts of a turn

@@ -1,5 +1,7 @@
 """What the address tells is what is seen, and what goes wrong is told and leaves that as it was."""
 
+import time
+
 import pytest
 from chromium import errors, needs_chromium, until
 
@@ -10,6 +12,7 @@ from explore_page import applied, entered, facts, mouse, one, opened, shown
 from explore_serving import serving
 
 from softvox_gym import simulate
+from softvox_view.explore import landscapes
 
 pytestmark = needs_chromium
 
@@ -139,6 +142,50 @@ def test_the_robot_that_a_click_sets_is_the_one_to_edit(driver, served):
     assert shown(driver, "find-text", "value") == "6453"
 
 
+def test_a_path_that_is_refused_leaves_the_address_and_the_path_seen_before(driver, served):
+    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    seen = "searcher=random&seed=1&budget=20"
+    opened(driver, served, seen)
+    said = until(lambda: shown(driver, "path-text"))
+    driver.execute_script("document.getElementById('path').noValidate = true")
+    entered(driver, "#budget", "9000")
+    until(lambda: "budget must be a whole number" in shown(driver, "path-text"))
+    assert state(driver) == seen
+    entered(driver, "#budget", "20")
+    until(lambda: shown(driver, "path-text") == said)
+
+
+def lost(driver, verb):
+    """Take the player's graphics away (lose), or give them back (restore)."""
+    driver.execute_async_script(
+        "const [verb, done] = arguments, canvas = document.querySelector('#player canvas');"
+        "window.card ??= canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
+        "const event = { lose: 'webglcontextlost', restore: 'webglcontextrestored' }[verb];"
+        "canvas.addEventListener(event, () => setTimeout(done), { once: true });"
+        "card[`${verb}Context`]()",
+        verb,
+    )
+
+
+def test_without_graphics_the_robot_chosen_is_shown_still_and_moves_again_with_them(driver, served):
+    opened(driver, served)
+    lost(driver, "lose")
+    entered(driver, "#find-text", "4295")
+    until(lambda: robots(driver) == "4295")
+    still = "querySelector('.softvox-lost img')?.naturalWidth > 200"
+    until(lambda: shown(driver, "player", still))
+    assert "took the graphics away" in shown(driver, "player")
+    stage = one(driver, "#player .softvox-stage")
+    assert stage.size["height"] > 150
+    lost(driver, "restore")
+    assert shown(driver, "player", "querySelector('img')") is None
+    assert "4295 · " in one(driver, ".softvox-labels").text
+    entered(driver, "#find-text", "100")
+    until(lambda: robots(driver) == "100")
+    assert "100 · " in one(driver, ".softvox-labels").text
+    assert shown(driver, "player", "player.supported")
+
+
 def test_infinite_travel_is_crossed_out(driver, served):
     opened(driver, served)
     entered(driver, "#value-strain", "1e300")
@@ -150,8 +197,18 @@ def test_infinite_travel_is_crossed_out(driver, served):
     assert errors(driver) == []
 
 
+def never_done(designs, physics, *, progress, **options):
+    """Simulate for ever, until nobody wants it any more."""
+    while True:
+        progress(1, 6561)
+        time.sleep(0.01)
+
+
 @pytest.mark.parametrize("kind", ["landscape", "path"])
-def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(driver, kind):
+def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(
+    driver, monkeypatch, kind
+):
+    monkeypatch.setattr(landscapes, "simulate", never_done)
     place = "message" if kind == "landscape" else "path-text"
     with serving() as running:
         opened(driver, running, "design=4295")

@@ -117,6 +117,7 @@ def spoiled(folder, tmp_path, spoil):
         (lambda at: (at / "runs.csv").write_bytes(b"\xff\xfe"), "can't be read as the runs"),
         (lambda at: (at / "runs.csv").write_text("run,seed\n0,0\n"), "can't be read as the runs"),
         (lambda at: (at / "runs.csv").write_text("run,seed\n"), "holds no finished run; choose"),
+        (lambda at: (at / "runs.csv").write_text(f'run\n"{"x" * 200_000}"\n'), "can't be read as"),
     ],
 )
 def test_a_folder_without_paths_is_refused_with_the_mend(folder, tmp_path, spoil, words):

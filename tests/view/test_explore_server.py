@@ -223,6 +223,9 @@ def test_a_replay_and_a_still_picture_can_be_had(served):
     assert status == 200
     assert headers["content-disposition"] == 'attachment; filename="replay-6453-4295.html"'
     assert b"6453" in page
+    _, headers, _ = served.ask("/api/replay.html?design=6453&gravity=-1.62&actuation=clamp")
+    name = "replay-6453_gravity_-1.62_actuation_clamp.html"
+    assert headers["content-disposition"] == f'attachment; filename="{name}"'
     status, headers, picture = served.ask("/api/still.png?design=6453")
     assert (status, headers["content-type"]) == (200, "image/png")
     image = pytest.importorskip("PIL.Image").open(io.BytesIO(picture))

@@ -52,6 +52,21 @@ def test_real_tracks_are_compared_on_the_terminal_and_in_a_table(tmp_path, capsy
     assert "6453  one" in capsys.readouterr().out
 
 
+def test_no_page_of_an_earlier_figure_is_left_beside_a_new_one(tmp_path, monkeypatch):
+    for name in ("tracks_2.png", "tracks_3.pdf", "tracks_simulated.csv", "mine_2.png"):
+        (tmp_path / name).write_text("earlier")
+    made = Made({}, tables={"tracks.png": b"drawn", "tracks_2.png": b"drawn"})
+    monkeypatch.setattr(command, "make", lambda name, _: made)
+    assert softvox_figures("tracks", "--out", tmp_path, "--force") == 0
+    left = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert left == {
+        "tracks.png": "drawn",
+        "tracks_2.png": "drawn",
+        "tracks_simulated.csv": "earlier",
+        "mine_2.png": "earlier",
+    }
+
+
 def test_earlier_figures_stay_unless_forced(tmp_path):
     (tmp_path / "volume.png").write_text("mine")
     arguments = ("volume", "--format", "png", "--out", tmp_path)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softvox_view.comparison import as_csv, as_lines, compare
+from softvox_view.comparison import as_csv, as_lines, compare, short
 from softvox_view.tracks_csv import RealTrack
 
 PER_CYCLE = 4
@@ -70,6 +70,12 @@ def test_a_robot_that_travels_little_has_no_heading_and_no_angle():
     made = compare(real(STRAIGHT), 0.1 * STRAIGHT, PER_CYCLE)
     assert np.isnan([made.angle, made.heading_simulated]).all()
     assert made.heading_real == 0
+
+
+def test_a_long_name_keeps_its_end_which_tells_trials_apart():
+    names = [short(f"2024-05-01 run {i}") for i in (1, 2)]
+    assert names == [f"2024-\N{HORIZONTAL ELLIPSIS} run {i}" for i in (1, 2)]
+    assert short("twelve chars") == "twelve chars"
 
 
 def test_a_robot_that_stands_still_has_no_heading():

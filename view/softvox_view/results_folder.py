@@ -85,7 +85,7 @@ def _table(
 ) -> pd.DataFrame:
     """Read a table that has these columns, of which some have a value in every row."""
     path = folder / name
-    if not path.exists():
+    if not path.is_file():
         raise ResultsError(
             f"{folder} has no {name}, so it holds no finished report; softvox compare FILE.toml "
             f"--out {folder} writes it, with --report-only from runs that are there"

@@ -105,9 +105,11 @@ def pose(result: Recorded, i: int, frame: int) -> Pose:
     Raises
     ------
     ValueError
-        Where the result has no frames, or the place is out of range.
+        Where the result has no frames, or the place or the frame is out of range.
     """
     checked_places(result, (i,))
+    if frame < 0:
+        raise ValueError(f"frame must be at least 0, got {frame}")
     # Of a run that is whole one frame will do; looking for the last one of another takes them all.
     position, quaternion, edge, active = _movement(result, i, slice(frame, frame + 1))
     if not len(edge):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,8 +94,19 @@ def run(args: Namespace) -> int:
                 lines += made.lines
     with bad_input("--out"):
         write_folder(args.out, files, force=args.force)
+        _drop_pages(args.out, names, formats, files)
     print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
     return 0
+
+
+def _drop_pages(
+    out: Path, names: Sequence[str], formats: Sequence[str], written: Collection[str]
+) -> None:
+    """Remove pages of an earlier figure that had more of them; beside new ones they would lie."""
+    for form in formats if "tracks" in names else ():
+        for page in out.glob(f"tracks_[0-9]*.{form}"):
+            if page.name not in written:
+                page.unlink()
 
 
 def _known(what: str, given: Sequence[str], known: Sequence[str]) -> list[str]:

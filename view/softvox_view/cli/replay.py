@@ -86,8 +86,9 @@ def add_parser(commands: Any) -> None:
         "--fps",
         type=number,
         metavar="N",
-        help=f"pictures per second of a film (default: {FPS:g}), or frames that a page keeps per "
-        f"second of the run (default: {PER_CYCLE} per cycle, fewer where the page would be large)",
+        help=f"pictures per second of a film (default: {FPS:g}; a .gif has at most 50), or frames "
+        f"that a page keeps per second of the run (default: {PER_CYCLE} per cycle, fewer where the "
+        "page would be large)",
     )
     parser.add_argument(
         "--speed",

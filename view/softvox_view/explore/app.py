@@ -109,6 +109,7 @@ class Explorer:
         designs, wanted = _designs_and_conditions(request)
         content = await run_in_threadpool(robots.page, designs, wanted)
         name = "-".join(str(design.index) for design in designs)
+        name += "".join(f"_{what}_{_short(value)}" for what, value in wanted.changes.items())
         headers = {"content-disposition": f'attachment; filename="replay-{name}.html"'}
         return Response(content, media_type="text/html", headers=headers)
 
@@ -163,6 +164,10 @@ class Explorer:
         except BusyError as error:
             return JSONResponse({"error": str(error)}, status_code=503)
         return _Lines(job)
+
+
+def _short(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _live(asked: dict[str, Any]) -> Callable[[Job, int], Event]:

@@ -169,7 +169,7 @@ def _runs(path: Path) -> dict[str, dict[int, Run]]:
                 run = Run(*(int(texts[name]) for name in ("run", "evaluations", "recommended")))
                 Design(run.recommended)
                 runs.setdefault(_name(texts), {})[int(texts["seed"])] = run
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
         raise ResultsError(
             f"{path} can't be read as the runs of softvox compare ({error}); "
             f"softvox compare FILE.toml --out {path.parent} --force writes it anew"

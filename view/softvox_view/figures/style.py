@@ -19,8 +19,8 @@ Layout: TypeAlias = Literal["constrained", "compressed", "tight"]
 #: Formats that a figure can be written in.
 FORMATS = ("png", "pdf")
 
-#: Inches: the text width of a two-column paper, and one of its columns.
-WIDTH, COLUMN = 7.16, 3.5
+#: Inches: the text width of a two-column paper.
+WIDTH = 7.16
 
 #: Pixels per inch of PNG files, and of the pictures within PDF files.
 DPI = 300

@@ -47,6 +47,7 @@ export class SoftvoxPlayer {
   #element;
   #find = (selector) => this.#element.querySelector(selector);
   #fallback; // what the element held before
+  #still = null; // the address of a picture of the recording
   #listeners = new AbortController();
   #sizes = null; // ResizeObserver
   #scene = null;
@@ -114,14 +115,25 @@ export class SoftvoxPlayer {
     this.#draw();
   }
 
-  /** Show another recording from its start; the view, the speed and whether it plays stay. */
-  load(recording) {
+  /**
+   * Show another recording from its start; the view, the speed and whether it plays stay.
+   *
+   * @param {object} recording
+   * @param {string} [still] The address of a picture, shown where the robots can't be drawn; else it
+   *   is what the element held before.
+   */
+  load(recording, still = null) {
     if (recording.format !== "softvox-replay" || recording.version !== 1) {
       throw new Error("not a recording that this player knows: softvox-replay, version 1");
     }
     this.#recording = recording;
-    if (!this.supported) return;
-    this.#scene.load(recording);
+    this.#still = still;
+    if (!this.#isBuilt) {
+      this.#element.replaceChildren(message(NO_WEBGL), ...this.#picture());
+      return;
+    }
+    if (this.supported) this.#scene.load(recording);
+    else this.#cover();
     this.#find(".frame").max = recording.frames - 1;
     const labels = recording.robots.map(() => {
       const label = document.createElement("div");
@@ -159,7 +171,7 @@ export class SoftvoxPlayer {
   pause() {
     cancelAnimationFrame(this.#tick);
     this.#tick = 0;
-    if (this.supported) this.#showPlaying();
+    if (this.#isBuilt) this.#showPlaying();
   }
 
   /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
@@ -253,14 +265,31 @@ export class SoftvoxPlayer {
     else this.play();
   }
 
+  /** Whether there are controls: they come with WebGL, and stay where it is lost. */
+  get #isBuilt() {
+    return this.#find(".softvox-stage") !== null;
+  }
+
+  /** What stands in for the robots. */
+  #picture() {
+    if (!this.#still) return this.#fallback.map((node) => node.cloneNode(true));
+    const names = this.#recording.robots.map((robot) => robot.label).join("; ");
+    return [Object.assign(new Image(), { src: this.#still, alt: names })];
+  }
+
   /** Show a still picture while the browser gives no graphics. */
   #lose() {
     if (!this.supported) return;
     this.pause();
     this.#scene = null;
+    this.#cover();
+  }
+
+  #cover() {
+    this.#find(".softvox-lost")?.remove();
     const cover = document.createElement("div");
     cover.className = "softvox-lost";
-    cover.append(message(LOST), ...this.#fallback.map((node) => node.cloneNode(true)));
+    cover.append(message(LOST), ...this.#picture());
     this.#find(".softvox-stage").append(cover);
   }
 
@@ -268,8 +297,9 @@ export class SoftvoxPlayer {
     this.#scene = Scene.on(canvas);
     if (!this.supported) return;
     this.#find(".softvox-lost")?.remove();
-    if (this.#recording) this.#scene.load(this.#recording);
-    this.#draw();
+    if (!this.#recording) return;
+    this.#scene.load(this.#recording);
+    this.#show(this.#frame);
   }
 
   #advance(seconds) {
@@ -281,7 +311,7 @@ export class SoftvoxPlayer {
 
   #show(frame) {
     this.#frame = frame;
-    if (!this.supported) return;
+    if (!this.#isBuilt) return;
     this.#draw();
     const { seconds_per_frame: step, settle_time: settle, frequency_hz } = this.#recording;
     const time = frame * step;

@@ -161,18 +161,11 @@ class App {
   }
 
   #play(recording, query) {
-    const place = find("player");
     const first = !this.#player;
-    this.#player ??= new SoftvoxPlayer(place);
-    if (this.#player.supported) {
-      this.#player.load(recording);
-      const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
-      if (first && !isStill) this.#player.play();
-      return;
-    }
-    const picture = place.querySelector("img") ?? place.appendChild(new Image());
-    picture.alt = `At the end: ${recording.robots.map((robot) => robot.label).join("; ")}`;
-    picture.src = address("/api/still.png", query);
+    this.#player ??= new SoftvoxPlayer(find("player"));
+    this.#player.load(recording, address("/api/still.png", query));
+    const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (first && !isStill) this.#player.play();
   }
 
   // The landscape

@@ -6,12 +6,13 @@ import { DEFAULTS, PATH } from "./state.js";
 
 const find = (id) => document.getElementById(id);
 
-/** The form of paths; calls onChange(fields) when another one is asked for, or none. */
+/** The form of paths; calls onChange(fields) when it has brought another one, or none. */
 export class PathPanel {
   #atlas;
   #map;
   #searchers; // names, by the results that they are of; "" for live runs
   #asked = new Newest();
+  #onChange;
   #path = null;
 
   constructor({ searchers, results, most_budget }, atlas, map, onChange) {
@@ -22,26 +23,33 @@ export class PathPanel {
     find("results").append(new Option("a live run", ""), ...sources.map((s) => new Option(s, s)));
     find("results-row").hidden = !sources.length;
     find("budget").max = most_budget;
-    this.#listen(onChange);
+    this.#onChange = onChange;
+    this.#listen();
   }
 
-  /** Show the path that fields tell: results, searcher, seed, budget. */
-  show(fields) {
+  /**
+   * Show the path that fields tell: results, searcher, seed, budget. Where the form asked for it,
+   * the address takes it on once it is there, and what can't be had leaves all as it was.
+   */
+  show(fields, isOfForm = false) {
     find("results").value = fields.results;
     this.#offer(fields.results);
     for (const name of ["searcher", "seed", "budget"]) find(name).value = fields[name];
-    const isSeen = PATH.every((name) => this.#path?.fields[name] === fields[name]);
-    if (!fields.searcher) this.#clear();
-    else if (isSeen) this.#keep();
-    else this.#search(fields);
+    const isSeen = fields.searcher && PATH.every((name) => this.#path?.fields[name] === fields[name]);
+    if (fields.searcher && !isSeen) {
+      this.#search(fields, isOfForm);
+      return;
+    }
+    if (isSeen) this.#keep();
+    else this.#clear();
+    if (isOfForm) this.#onChange(fields);
   }
 
-  #listen(onChange) {
+  #listen() {
     find("path").addEventListener("submit", (event) => {
       event.preventDefault();
       const fields = Object.fromEntries(PATH.map((name) => [name, find(name).value]));
-      onChange(fields);
-      this.show(fields);
+      this.show(fields, true);
     });
     find("results").addEventListener("change", ({ target: { value } }) => {
       this.#offer(value);
@@ -49,8 +57,7 @@ export class PathPanel {
     });
     find("clear-path").addEventListener("click", () => {
       const fields = Object.fromEntries(PATH.map((name) => [name, DEFAULTS[name]]));
-      onChange(fields);
-      this.show(fields);
+      this.show(fields, true);
     });
     find("upto").addEventListener("input", () => this.#draw());
   }
@@ -66,7 +73,7 @@ export class PathPanel {
       : "Recorded; the budget is how many evaluations are shown.";
   }
 
-  async #search({ results, searcher, seed, budget }) {
+  async #search({ results, searcher, seed, budget }, isOfForm) {
     const bar = find("path-progress");
     const asked = { results, searcher, seed, budget };
     bar.hidden = false;
@@ -83,8 +90,9 @@ export class PathPanel {
       upto.value = path.designs.length;
       find("upto-row").hidden = false;
       this.#draw();
+      if (isOfForm) this.#onChange(asked);
     } catch (error) {
-      this.#clear();
+      if (!isOfForm) this.#clear();
       find("path-text").textContent = error.message;
       if (!(error instanceof Refused)) reportError(error);
     }
