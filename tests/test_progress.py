@@ -1,5 +1,8 @@
 import io
 
+import pytest
+
+import softvox_gym.progress
 from softvox_gym.progress import Progress, progress_line
 
 
@@ -34,15 +37,25 @@ def test_an_empty_batch_is_done():
     assert "100%" in progress_line(0, 0, 0.0, 80)
 
 
-def test_the_bar_is_blanked_out_when_done_or_interrupted():
+def seen(drawn):
+    """Return the line that a terminal shows in the end."""
+    line = []
+    for part in drawn.split("\r"):
+        line[: len(part)] = part
+    return "".join(line)
+
+
+@pytest.mark.parametrize("lengths", [(30, 40), (40, 30), (30, 30)])
+def test_the_bar_is_blanked_out_when_done_or_interrupted(monkeypatch, lengths):
+    lines = {done: "#" * length for done, length in zip((1, 10), lengths, strict=True)}
+    monkeypatch.setattr(softvox_gym.progress, "progress_line", lambda done, *_, unit: lines[done])
     terminal = Terminal()
     with Progress(terminal) as progress:
-        progress(1, 10)
-        progress(10, 10)
-    drawn = terminal.getvalue()
-    longest = max(len(part) for part in drawn.split("\r"))
-    assert drawn.endswith("\r")
-    assert drawn.split("\r")[-2] == " " * longest
+        for done, line in lines.items():
+            progress(done, 10)
+            assert seen(terminal.getvalue()).rstrip() == line
+    assert seen(terminal.getvalue()).strip() == ""
+    assert terminal.getvalue().endswith("\r")
 
 
 def test_nothing_is_drawn_where_there_is_no_terminal_or_quiet_is_asked_for():
