@@ -141,8 +141,7 @@ export class SoftvoxPlayer {
       return label;
     });
     this.#find(".softvox-labels").replaceChildren(...labels);
-    const names = recording.robots.map((robot) => robot.label).join("; ");
-    this.#find("canvas").setAttribute("aria-label", `${names}. ${HELP}`);
+    this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
     this.seek(0);
   }
 
@@ -270,11 +269,14 @@ export class SoftvoxPlayer {
     return this.#find(".softvox-stage") !== null;
   }
 
+  get #names() {
+    return this.#recording.robots.map((robot) => robot.label).join("; ");
+  }
+
   /** What stands in for the robots. */
   #picture() {
     if (!this.#still) return this.#fallback.map((node) => node.cloneNode(true));
-    const names = this.#recording.robots.map((robot) => robot.label).join("; ");
-    return [Object.assign(new Image(), { src: this.#still, alt: names })];
+    return [Object.assign(new Image(), { src: this.#still, alt: this.#names })];
   }
 
   /** Show a still picture while the browser gives no graphics. */
