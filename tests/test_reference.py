@@ -1,4 +1,4 @@
-"""The engine agrees with the data measured from the authors' own (src/softvox_gym/reference)."""
+"""The engine agrees with the data measured from the authors' own (src/softvox_gym/data/authors)."""
 
 from dataclasses import replace
 

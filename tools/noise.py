@@ -1,4 +1,4 @@
-"""Make the landscapes under noise that ship with the package, reference/noise.npz, anew.
+"""Make the landscapes under noise that ship with the package, data/computed/noise.npz, anew.
 
 Run by `make noise`, after a change of the engine or of the noise; takes about ten minutes.
 """
@@ -12,10 +12,10 @@ import numpy as np
 
 import softvox_gym
 from softvox_gym.files import write_file
-from softvox_gym.noisy import LEVELS, STATISTICS, measure, name_of
+from softvox_gym.landscapes.noisy import LEVELS, STATISTICS, measure, name_of
 from softvox_gym.progress import Progress
 
-FOLDER = Path(softvox_gym.__file__).parent / "reference"
+FOLDER = Path(softvox_gym.__file__).parent / "data" / "computed"
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Make the table that ships with the package, src/softvox_gym/reference/landscape.*, anew.
+"""Make the table that ships with the package, src/softvox_gym/data/computed/landscape.*, anew.
 
 Run by `make table`, after a change of the engine that changes its bits.
 """
@@ -13,10 +13,10 @@ import softvox_gym
 from softvox_gym import Physics, simulate
 from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import write_file
+from softvox_gym.landscapes.table import ORIGIN, TRACKS
 from softvox_gym.manifest import digest, provenance
-from softvox_gym.table import ORIGIN, TRACKS
 
-FOLDER = Path(softvox_gym.__file__).parent / "reference"
+FOLDER = Path(softvox_gym.__file__).parent / "data" / "computed"
 FACTS = ("version", "commit", "compiler", "instruction_set")
 
 

@@ -3,10 +3,10 @@
 from gymnasium.envs.registration import register, registry
 
 from softvox_gym.design import Design
-from softvox_gym.noisy import noisy_landscape
+from softvox_gym.landscapes.noisy import noisy_landscape
+from softvox_gym.landscapes.table import landscape
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Frames, Result, simulate
-from softvox_gym.table import landscape
 
 __all__ = ["Design", "Frames", "Physics", "Result", "landscape", "noisy_landscape", "simulate"]
 
@@ -19,6 +19,6 @@ for _id, _kind in ((ENV_ID, "SoftVox"), (TABLE_ENV_ID, "SoftVoxTable")):
     if _id not in registry:  # the module may be imported anew
         register(
             _id,
-            entry_point=f"softvox_gym.env:{_kind}Env",
-            vector_entry_point=f"softvox_gym.vector_env:{_kind}VectorEnv",
+            entry_point=f"softvox_gym.envs.single:{_kind}Env",
+            vector_entry_point=f"softvox_gym.envs.vector:{_kind}VectorEnv",
         )

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import table
 from softvox_gym.conditions import Conditions, Disturbance
 from softvox_gym.design import ACTIVE, checked_digits, indices_of
 from softvox_gym.engine import step_count
+from softvox_gym.landscapes import table
 from softvox_gym.outcome import Outcome
 from softvox_gym.physics import Physics
 from softvox_gym.rendering import Pose

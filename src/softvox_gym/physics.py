@@ -274,7 +274,7 @@ class Physics:
         """Edge that actuated voxels swing about, m.
 
         Rounded to single precision it is 2e-10 m short, which matters to a few designs in the
-        fifth decimal. The published run's edges show it (reference/trajectories), except where
+        fifth decimal. The published run's edges show it (data/authors/trajectories), except where
         voxels contract as well.
         """
         if self.single_precision_rest and self.actuation != "expand_and_contract":

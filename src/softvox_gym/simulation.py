@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import entry_points
 from math import prod
 from typing import Any
 
@@ -84,11 +85,9 @@ class Result:
         best = float(np.nanmax(self.fitness)) if diverged < len(self) else float("nan")
         return f"Result({len(self)} designs on {shape}, {diverged} diverged, best {best:.2f})"
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         """Return what a notebook shows: the fittest designs, moving where there are frames."""
-        from softvox_gym.replay.notebook import notebook  # most results are never looked at
-
-        return notebook(self)
+        return shown_in_notebook(self)
 
     @cached_property
     def fitness(self) -> NDArray[np.float64]:
@@ -190,6 +189,14 @@ def simulate(
         frame_count=_frame_count(physics, int(frames)),
     )
     return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
+
+
+def shown_in_notebook(value: Any) -> str | None:
+    """Return a value as HTML by the entry points `softvox_gym.notebook`; None where none can."""
+    for entry in entry_points(group="softvox_gym.notebook"):
+        shown: str | None = entry.load()(value)
+        return shown
+    return None
 
 
 def check_count(name: str, value: Any, *, least: int) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from softvox_gym.table import origin
+from softvox_gym.landscapes.table import origin
 from softvox_search.experiment.config import read
 from softvox_search.experiment.environment import Environments
 from softvox_search.experiment.job import do

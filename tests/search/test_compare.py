@@ -14,6 +14,7 @@ from small_experiments import NOISY, OWN, SMALL, results
 import softvox_gym
 from softvox_gym.cli import main
 from softvox_gym.files import OutputError
+from softvox_gym.landscapes.table import origin
 from softvox_search.experiment import compare as comparing
 from softvox_search.experiment import folder as files
 from softvox_search.experiment.compare import Plan, check_report, compare
@@ -130,7 +131,7 @@ def test_the_manifest_says_what_was_run_from_what_and_how_fast(noisy):
     experiment, folder = noisy
     manifest = json.loads((folder / "manifest.json").read_text())
     assert manifest["made_from"]["config"]["entropy"] == experiment.entropy
-    assert manifest["made_from"]["engine_digest"] == softvox_gym.table.origin()["engine_digest"]
+    assert manifest["made_from"]["engine_digest"] == origin()["engine_digest"]
     assert {"deap", "numpy", "optuna", "ribs"} <= manifest["made_from"]["versions"].keys()
     assert (manifest["runs"], manifest["failed"], manifest["command"]) == (8, [], PLAN.command)
     assert manifest["sum"]["evaluations"] == 8 * 24

@@ -53,7 +53,7 @@ def test_a_search_says_what_it_found_how_good_that_is_and_when(tmp_path):
 def test_the_picture_is_that_of_the_environment(tmp_path):
     softvox("search", "--searcher", "exhaustive", "--budget", "6", cwd=tmp_path)
     image = pixels((tmp_path / "search-exhaustive-0.png").read_bytes())
-    env = softvox_gym.env.SoftVoxEnv(render_mode="rgb_array")
+    env = softvox_gym.envs.single.SoftVoxEnv(render_mode="rgb_array")
     env.reset()
     env.step(np.array([2, 1, 0, 0, 0, 0, 0, 0]))  # design 5, the best of the first six
     assert (image == env.render()).all()

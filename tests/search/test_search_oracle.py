@@ -7,7 +7,7 @@ from gymnasium.vector import VectorWrapper
 
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, landscape
 from softvox_gym.design import digits_of
-from softvox_gym.table import tracks
+from softvox_gym.landscapes.table import tracks
 from softvox_gym.wrappers.vector import FitnessNoise, JakobiNoise, Resample
 from softvox_search.log import COLUMNS, digest
 from softvox_search.oracle import MOST_ENVS, PATIENCE, Budget, Oracle, SearcherError, checked

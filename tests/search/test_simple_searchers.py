@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from softvox_gym import Design, landscape
-from softvox_gym.analysis import neighbours
 from softvox_gym.design import N_DESIGNS, digits_of, indices_of
+from softvox_gym.landscapes.analysis import neighbours
 from softvox_search.searchers.exhaustive import Exhaustive
 from softvox_search.searchers.hill_climber import HillClimber
 from softvox_search.searchers.random_search import RandomSearch

@@ -9,7 +9,7 @@ from view.figure_labels import check_labels, texts_of
 
 import softvox_gym
 from softvox_gym import Design
-from softvox_gym.analysis import symmetry_classes
+from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
 from softvox_view.figures.bodies import best_of_bodies

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, opened, requests, until
 
-from softvox_gym import rendering, replay, simulate
+from softvox_gym import rendering, simulate
 from softvox_gym.rendering import fitting_distance, render
+from softvox_view import replay
 
 pytestmark = needs_chromium
 image = pytest.importorskip("PIL.Image")

@@ -13,6 +13,7 @@ import softvox_gym.cli
 from softvox_gym import Physics, simulate
 from softvox_view import encode
 from softvox_view.cli import replay
+from softvox_view.replay import still as still_of
 
 image = pytest.importorskip("PIL.Image")
 
@@ -167,7 +168,7 @@ def test_a_png_shows_the_robots_at_the_end(softvox, tmp_path):
     assert picture.shape == (150, 400, 3)
     result = simulate([6453, 6489], Physics.published(), frames=8829)
     assert result.frames.step[-1] == 8829
-    still = softvox_gym.replay.still(result, panel=(200, 150))
+    still = still_of(result, panel=(200, 150))
     assert not np.array_equal(picture[:25], still[:25])  # the captions
     np.testing.assert_array_equal(picture[25:], still[25:])
 

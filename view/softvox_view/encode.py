@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.replay.still import columns
+from softvox_view.replay.still import columns
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -38,7 +38,7 @@ def captioned(
     Parameters
     ----------
     picture : ndarray of uint8, shape (height, width, 3)
-        Panels in rows, as `softvox_gym.replay.still` draws them.
+        Panels in rows, as `softvox_view.replay.still` draws them.
     captions : sequence of (str, str)
         One per panel: what is written, and a shorter one for where that has no room.
     panel : (int, int)

@@ -18,7 +18,7 @@ from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_file, write_file
-from softvox_gym.noisy import LEVELS
+from softvox_gym.landscapes.noisy import LEVELS
 from softvox_gym.progress import Progress
 from softvox_search.cli import listing
 from softvox_search.cli.own_code import look_in, prints_aside

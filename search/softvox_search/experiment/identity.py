@@ -18,8 +18,8 @@ import softvox_gym
 import softvox_search
 from softvox_gym import ENV_ID
 from softvox_gym.design import digits_of
+from softvox_gym.landscapes.table import origin
 from softvox_gym.manifest import digest
-from softvox_gym.table import origin
 from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.experiment.config import Experiment
 

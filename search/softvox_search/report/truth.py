@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym.analysis import symmetry_classes
 from softvox_gym.design import N_DESIGNS
+from softvox_gym.landscapes.analysis import symmetry_classes
 
 #: Two ways to count: every design for itself; or a robot turned or mirrored as the same robot.
 TERMS = ("raw", "class")

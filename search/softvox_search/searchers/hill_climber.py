@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.analysis import neighbours
 from softvox_gym.design import digits_of, indices_of
+from softvox_gym.landscapes.analysis import neighbours
 from softvox_search.options import whole
 from softvox_search.protocol import Designs, Info, SearcherBase
 

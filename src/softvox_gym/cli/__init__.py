@@ -21,12 +21,12 @@ from importlib.metadata import entry_points
 from typing import Any
 
 import softvox_gym
-from softvox_gym.cli import landscape, simulate, verify
+from softvox_gym.cli import landscape, robustness, simulate, verify
 from softvox_gym.cli.parser import Parser
 from softvox_gym.cli.signals import Stopped, stoppable
 from softvox_gym.cli.terminal import BadInputError, complain, one_line_warnings
 
-COMMANDS = (landscape, simulate, verify)
+COMMANDS = (landscape, robustness, simulate, verify)
 
 #: Group of entry points that name further commands.
 GROUP = "softvox_gym.commands"

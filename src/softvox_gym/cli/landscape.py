@@ -7,12 +7,12 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from softvox_gym import exhaustive
-from softvox_gym.analysis import Analysis, analyse, report, tables
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_folder, write_folder
+from softvox_gym.landscapes import exhaustive
+from softvox_gym.landscapes.analysis import Analysis, analyse, report, tables
 from softvox_gym.progress import Progress
 
 ANALYSIS, DOCUMENT = "analysis.json", "analysis.md"

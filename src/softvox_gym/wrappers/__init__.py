@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.aggregates import aggregate_of, standard_error
 from softvox_gym.conditions import Conditions
-from softvox_gym.env import Observation
+from softvox_gym.envs.single import Observation
 from softvox_gym.noise import Channels, not_negative
 from softvox_gym.portable import normal
 from softvox_gym.simulation import check_count

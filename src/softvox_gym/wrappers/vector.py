@@ -13,9 +13,9 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
 from softvox_gym.aggregates import aggregate_of, standard_error
+from softvox_gym.envs.vector import Batch
 from softvox_gym.noise import not_negative
 from softvox_gym.portable import normal
-from softvox_gym.vector_env import Batch
 from softvox_gym.wrappers import Disturbing, channels_of, check_resample, measured
 from softvox_gym.wrappers._chain import bench_of, is_noisy
 

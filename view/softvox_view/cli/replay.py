@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import replay
 from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of, whole_number
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
@@ -22,9 +21,10 @@ from softvox_gym.files import check_file, write_file
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.rendering import fitting_distance
-from softvox_gym.replay.data import bytes_per_frame, label, short_label
-from softvox_gym.replay.still import beside
 from softvox_gym.simulation import Result, simulate
+from softvox_view import replay
+from softvox_view.replay.data import bytes_per_frame, label, short_label
+from softvox_view.replay.still import beside
 
 DESCRIPTION = """\
 Show designs in motion, side by side. What FILE ends in says how:

@@ -18,8 +18,9 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 import softvox_gym
-from softvox_gym import Design, engine, replay
+from softvox_gym import Design, engine
 from softvox_gym.physics import ACTUATIONS
+from softvox_view import replay
 from softvox_view.explore import landscapes, parameters, paths, robots
 from softvox_view.explore.guard import Guard
 from softvox_view.explore.jobs import BusyError, Event, Job, Jobs

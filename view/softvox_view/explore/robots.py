@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from softvox_gym import Design, Result, replay, simulate
-from softvox_gym.replay.still import png
+from softvox_gym import Design, Result, simulate
+from softvox_view import replay
 from softvox_view.explore.parameters import Conditions
+from softvox_view.replay.still import png
 
 #: Of a recording.
 FRAMES_PER_CYCLE = 20

@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 
 import softvox_gym
-from softvox_gym.analysis.graph import all_digits
-from softvox_gym.analysis.symmetry import symmetries
 from softvox_gym.design import Design
+from softvox_gym.landscapes.analysis.graph import all_digits
+from softvox_gym.landscapes.analysis.symmetry import symmetries
 
 BODIES = 9
 

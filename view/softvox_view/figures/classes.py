@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym.analysis import symmetry_classes
+from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.figures import Inputs, Made, maps, style
 
 #: Kinds of robot, from dark to light, so that they stay apart without colour.

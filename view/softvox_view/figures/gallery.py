@@ -24,7 +24,7 @@ PIXELS = round(style.DPI * CELL)
 
 def published() -> list[tuple[Design, str]]:
     """Return the published top hundred in their order: each design and its fitness as printed."""
-    path = files("softvox_gym") / "reference" / "published_top100.csv"
+    path = files("softvox_gym") / "data" / "authors" / "published_top100.csv"
     rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
     return [(Design(int(row["design"])), row["fitness"]) for row in rows]
 

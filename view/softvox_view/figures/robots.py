@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import Design
 from softvox_gym.rendering import render
-from softvox_gym.replay.data import rest_pose
+from softvox_view.replay.data import rest_pose
 
 #: Voxel widths from the camera to the middle of the lattice: the lattice fills the picture.
 DISTANCE = 6.6

@@ -1,0 +1,84 @@
+"""The landscapes under noise that ship with the package are what the engine produces."""
+
+import numpy as np
+import pytest
+
+import softvox_gym
+from softvox_gym.landscapes.noisy import (
+    DRAWS,
+    LEVELS,
+    MORE_DRAWS,
+    MOST_DRAWS,
+    REDRAWN,
+    best_at_level,
+    sample,
+)
+
+NOISY_LEVELS = LEVELS[1:]
+
+
+@pytest.mark.parametrize("level", NOISY_LEVELS)
+def test_a_slice_drawn_again_gives_the_same_bits(level):
+    table = softvox_gym.noisy_landscape(level)
+    others = np.flatnonzero(table["draws"] == DRAWS)[::400]
+    again = sample(others, level, draws=DRAWS, seeds=others)
+    assert again.tobytes() == table[others].tobytes()
+
+
+@pytest.mark.parametrize("level", NOISY_LEVELS)
+def test_one_drawn_more_often_gives_the_same_bits_again(level):
+    table = softvox_gym.noisy_landscape(level)
+    for stage, draws in enumerate(REDRAWN, start=1):
+        one = np.flatnonzero(table["draws"] == draws)[:1]
+        again = sample(one, level, draws=draws, seeds=stage * 6561 + one)
+        assert again.tobytes() == table[one].tobytes()
+
+
+@pytest.mark.parametrize("level", NOISY_LEVELS)
+def test_the_best_without_noise_and_at_the_level_are_drawn_more_often(level):
+    table = softvox_gym.noisy_landscape(level)
+    assert set(table["draws"]) == {DRAWS, MORE_DRAWS, MOST_DRAWS}
+    nominal = np.argsort(-softvox_gym.landscape()["fitness"], kind="stable")[:200]
+    assert np.all(table["draws"][nominal] >= MORE_DRAWS)
+    for draws, count in REDRAWN.items():
+        assert np.all(table["draws"][best_at_level(table, count)] >= draws)
+
+
+@pytest.mark.parametrize("level", NOISY_LEVELS)
+def test_the_statistics_belong_together(level):
+    table = softvox_gym.noisy_landscape(level)
+    assert np.array_equal(table["design"], np.arange(6561))
+    assert np.all(table["min"] <= table["q10"])
+    assert np.all(table["q10"] <= table["mean"] + 3 * table["std"])
+    assert np.all((table["p_diverged"] >= 0) & (table["p_diverged"] <= 1))
+    length = np.hypot(table["dx"], table["dy"])
+    # The mean travel is at least the length of the mean displacement.
+    sound = table["p_diverged"] == 0
+    assert np.all(length[sound] <= table["mean"][sound] * (1 + 1e-12))
+
+
+def test_level_0_is_the_exact_landscape():
+    table, exact = softvox_gym.noisy_landscape(0), softvox_gym.landscape()
+    for name in ("mean", "min", "q10"):
+        assert np.array_equal(table[name], exact["fitness"])
+    assert not table["std"].any()
+    assert not table["p_diverged"].any()
+
+
+def test_more_noise_takes_more_from_the_best():
+    worst_tenth = [softvox_gym.noisy_landscape(level)["q10"].max() for level in LEVELS]
+    assert worst_tenth == sorted(worst_tenth, reverse=True)
+    # At level 4 a robot may slide down the tilted floor for metres, which the mean can't forget.
+    means = [softvox_gym.noisy_landscape(level)["mean"].max() for level in LEVELS if level < 4]
+    assert means == sorted(means, reverse=True)
+
+
+def test_the_table_is_the_callers_own():
+    softvox_gym.noisy_landscape(1)["mean"] = 0
+    assert softvox_gym.noisy_landscape(1)["mean"].max() > 1
+
+
+@pytest.mark.parametrize("level", [0.7, -1, 3])
+def test_a_level_that_was_not_measured_is_refused(level):
+    with pytest.raises(ValueError, match=r"there are levels 0, 0\.5, 1, 2, 4"):
+        softvox_gym.noisy_landscape(level)

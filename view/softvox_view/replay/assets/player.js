@@ -1,0 +1,351 @@
+/**
+ * SoftvoxPlayer: shows recordings of soft robots in 3-D, with controls.
+ *
+ *     import { SoftvoxPlayer } from "./player.js";
+ *     const player = new SoftvoxPlayer(element, recording, { autoplay: false });
+ *     player.seek(120);
+ *     element.addEventListener("frame", (event) => console.log(event.detail));
+ *
+ * A recording is what `softvox_view.replay.recording` returns, as JSON. The module defines no
+ * globals; the element gets the class "softvox-player" (player.css) and the property `player`.
+ */
+
+import { HELP, listen } from "./input.js";
+import { drawWave, PUMP, showPhase } from "./pump.js";
+import { Scene } from "./scene.js";
+
+const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
+const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
+const VIEW = { azimuth: -62, elevation: 27, zoom: 1 };
+const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
+const SMALL = 220; // CSS pixels; a panel less wide has a short label
+
+const NO_WEBGL = `This browser shows no WebGL 2, which the moving robots need; here is a still picture.
+Switch on hardware acceleration in its settings, or take another browser.`;
+const LOST = `The browser took the graphics away, as it does where many moving pictures are open; here
+is a still one. Close some, or reload the page.`;
+
+const CONTROLS = `
+  <div class="softvox-stage">
+    <canvas tabindex="0" role="application"></canvas>
+    <div class="softvox-labels"></div>
+    ${PUMP}
+  </div>
+  <div class="softvox-controls">
+    <button type="button" class="play"></button>
+    <input type="range" class="frame" min="0" step="1" aria-label="frame">
+    <span class="clock"></span>
+    <label>speed <select class="speed"></select></label>
+    <label><input type="checkbox" class="follow"> follow</label>
+    <button type="button" class="reset">reset view</button>
+  </div>`;
+
+const clamp = (value, [low, high]) => Math.min(Math.max(value, low), high);
+
+/** Plays recordings in an element; each robot has a panel, and all share one camera. */
+export class SoftvoxPlayer {
+  #element;
+  #find = (selector) => this.#element.querySelector(selector);
+  #fallback; // what the element held before
+  #still = null; // the address of a picture of the recording
+  #listeners = new AbortController();
+  #sizes = null; // ResizeObserver
+  #scene = null;
+  #recording = null;
+  #view = { ...VIEW };
+  #frame = 0;
+  #time = 0; // of the clock, simulated seconds; between frames while playing
+  #tick = 0; // the animation frame asked for, 0 where paused
+
+  /**
+   * @param {HTMLElement} element Filled by the player. Where there is no WebGL 2 it keeps what it
+   *   held (a still picture, say) under a message.
+   * @param {object} [recording] Shown at once.
+   * @param {object} [options]
+   * @param {boolean} [options.autoplay=true] Never where the reader asked for reduced motion.
+   * @param {number} [options.speed=0.5] 1 is real time.
+   */
+  constructor(element, recording = null, { autoplay = true, speed = 0.5 } = {}) {
+    this.#element = element;
+    this.#fallback = [...element.childNodes];
+    element.player = this;
+    element.classList.add("softvox-player");
+    if (!this.#build(speed)) return;
+    if (recording) {
+      this.load(recording);
+      const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+      if (autoplay && !still) this.play();
+    }
+  }
+
+  /** Whether the robots can be drawn: false where the browser has no WebGL 2. */
+  get supported() {
+    return this.#scene !== null;
+  }
+
+  /** The frame shown, from 0. */
+  get frame() {
+    return this.#frame;
+  }
+
+  /** How many frames the recording has. */
+  get frames() {
+    return this.#recording?.frames ?? 0;
+  }
+
+  /** Whether the clock runs. */
+  get playing() {
+    return this.#tick !== 0;
+  }
+
+  /**
+   * The view: azimuth and elevation in degrees, zoom, whether it follows. At zoom 1 all is seen: of
+   * the robot where it follows, else of its path.
+   */
+  get view() {
+    return { ...this.#view, follow: this.#find(".follow")?.checked ?? true };
+  }
+
+  set view({ follow, ...change }) {
+    Object.assign(this.#view, change);
+    for (const [name, limits] of Object.entries(LIMITS)) {
+      this.#view[name] = clamp(this.#view[name], limits);
+    }
+    if (follow !== undefined && this.#find(".follow")) this.#find(".follow").checked = follow;
+    this.#draw();
+  }
+
+  /**
+   * Show another recording from its start; the view, the speed and whether it plays stay.
+   *
+   * @param {object} recording
+   * @param {string} [still] The address of a picture, shown where the robots can't be drawn; else it
+   *   is what the element held before.
+   */
+  load(recording, still = null) {
+    if (recording.format !== "softvox-replay" || recording.version !== 1) {
+      throw new Error("not a recording that this player knows: softvox-replay, version 1");
+    }
+    this.#recording = recording;
+    this.#still = still;
+    if (!this.#isBuilt) {
+      this.#element.replaceChildren(message(NO_WEBGL), ...this.#picture());
+      return;
+    }
+    if (this.supported) this.#scene.load(recording);
+    else this.#cover();
+    this.#find(".frame").max = recording.frames - 1;
+    const labels = recording.robots.map(() => {
+      const label = document.createElement("div");
+      label.append(document.createElement("span"));
+      return label;
+    });
+    this.#find(".softvox-labels").replaceChildren(...labels);
+    this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
+    this.seek(0);
+  }
+
+  /** Show a frame; a number outside the recording is taken to its nearest end. */
+  seek(frame) {
+    if (!this.#recording) return;
+    this.#show(clamp(Math.round(frame) || 0, [0, this.frames - 1]));
+    this.#time = this.#frame * this.#recording.seconds_per_frame;
+  }
+
+  /** Run the clock; past the last frame it begins again. */
+  play() {
+    if (!this.supported || this.playing || !this.#recording) return;
+    let before = null;
+    const tick = (now) => {
+      this.#tick = requestAnimationFrame(tick);
+      const passed = Math.min((now - (before ?? now)) / 1000, MOST_SECONDS_PER_TICK);
+      before = now;
+      this.#advance(passed * Number(this.#find(".speed").value));
+    };
+    this.#tick = requestAnimationFrame(tick);
+    this.#showPlaying();
+  }
+
+  /** Stop the clock. */
+  pause() {
+    cancelAnimationFrame(this.#tick);
+    this.#tick = 0;
+    if (this.#isBuilt) this.#showPlaying();
+  }
+
+  /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
+  picture() {
+    if (!this.supported) return null;
+    this.#draw();
+    return this.#find("canvas").toDataURL("image/png");
+  }
+
+  /** Give everything back: the element is as it was before. */
+  destroy() {
+    this.pause();
+    this.#listeners.abort();
+    this.#sizes?.disconnect();
+    this.#scene?.destroy();
+    this.#scene = null;
+    this.#recording = null;
+    this.#element.replaceChildren(...this.#fallback);
+    this.#element.classList.remove("softvox-player");
+    delete this.#element.player;
+  }
+
+  /** Fill the element; return whether there is WebGL. */
+  #build(speed) {
+    const content = document.createElement("template");
+    content.innerHTML = CONTROLS;
+    const canvas = content.content.querySelector("canvas");
+    this.#scene = Scene.on(canvas);
+    if (!this.#scene) {
+      this.#element.prepend(message(NO_WEBGL));
+      return false;
+    }
+    this.#element.replaceChildren(content.content);
+    canvas.title = HELP;
+    this.#fillSpeeds(speed);
+    drawWave(this.#find(".softvox-pump"));
+    this.#find(".follow").checked = true;
+    this.#listen(canvas);
+    this.#showPlaying();
+    return true;
+  }
+
+  #fillSpeeds(speed) {
+    const select = this.#find(".speed");
+    const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
+    select.replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
+    select.value = String(speed);
+  }
+
+  #listen(canvas) {
+    const signal = this.#listeners.signal;
+    const on = (target, type, handler, options = {}) =>
+      target.addEventListener(type, handler, { signal, ...options });
+    on(this.#find(".play"), "click", () => this.#toggle());
+    on(this.#find(".frame"), "input", (event) => {
+      this.pause();
+      this.seek(Number(event.target.value));
+    });
+    on(this.#find(".follow"), "change", () => this.#draw());
+    on(this.#find(".reset"), "click", () => (this.view = VIEW));
+    listen(canvas, this.#actions(), signal);
+    on(canvas, "webglcontextlost", (event) => {
+      event.preventDefault(); // or it could not come back
+      this.#lose();
+    });
+    on(canvas, "webglcontextrestored", () => this.#restore(canvas));
+    this.#sizes = new ResizeObserver(() => this.#draw());
+    this.#sizes.observe(canvas);
+  }
+
+  /** What a hand can do; see `listen`. */
+  #actions() {
+    const view = this.#view;
+    return {
+      turn: (azimuth, elevation) => {
+        this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
+      },
+      zoom: (factor) => (this.view = { zoom: view.zoom * factor }),
+      step: (frames) => {
+        this.pause();
+        this.seek(this.#frame + frames);
+      },
+      toggle: () => this.#toggle(),
+      toggleFollow: () => (this.view = { follow: !this.view.follow }),
+      reset: () => (this.view = VIEW),
+    };
+  }
+
+  #toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+
+  /** Whether there are controls: they come with WebGL, and stay where it is lost. */
+  get #isBuilt() {
+    return this.#find(".softvox-stage") !== null;
+  }
+
+  get #names() {
+    return this.#recording.robots.map((robot) => robot.label).join("; ");
+  }
+
+  /** What stands in for the robots. */
+  #picture() {
+    if (!this.#still) return this.#fallback.map((node) => node.cloneNode(true));
+    return [Object.assign(new Image(), { src: this.#still, alt: this.#names })];
+  }
+
+  /** Show a still picture while the browser gives no graphics. */
+  #lose() {
+    if (!this.supported) return;
+    this.pause();
+    this.#scene = null;
+    this.#cover();
+  }
+
+  #cover() {
+    this.#find(".softvox-lost")?.remove();
+    const cover = document.createElement("div");
+    cover.className = "softvox-lost";
+    cover.append(message(LOST), ...this.#picture());
+    this.#find(".softvox-stage").append(cover);
+  }
+
+  #restore(canvas) {
+    this.#scene = Scene.on(canvas);
+    if (!this.supported) return;
+    this.#find(".softvox-lost")?.remove();
+    if (!this.#recording) return;
+    this.#scene.load(this.#recording);
+    this.#show(this.#frame);
+  }
+
+  #advance(seconds) {
+    const { frames, seconds_per_frame: step } = this.#recording;
+    this.#time = (this.#time + seconds) % (frames * step);
+    const frame = Math.min(Math.floor(this.#time / step + 1e-6), frames - 1);
+    if (frame !== this.#frame) this.#show(frame);
+  }
+
+  #show(frame) {
+    this.#frame = frame;
+    if (!this.#isBuilt) return;
+    this.#draw();
+    const { seconds_per_frame: step, settle_time: settle, frequency_hz } = this.#recording;
+    const time = frame * step;
+    const cycle = Math.max(0, (time - settle) * frequency_hz);
+    this.#find(".frame").value = frame;
+    this.#find(".clock").textContent = `${time.toFixed(2)} s`;
+    this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
+    showPhase(this.#find(".softvox-pump"), cycle, time < settle);
+    const detail = { frame, time, cycle };
+    this.#element.dispatchEvent(new CustomEvent("frame", { detail }));
+  }
+
+  #showPlaying() {
+    this.#find(".play").textContent = this.playing ? "pause" : "play";
+  }
+
+  #draw() {
+    if (!this.supported || !this.#recording) return;
+    const panels = this.#scene.draw(this.#frame, this.view);
+    [...this.#find(".softvox-labels").children].forEach((label, i) => {
+      for (const [name, value] of Object.entries(panels[i])) label.style[name] = `${value}px`;
+      const { label: whole, short_label: short } = this.#recording.robots[i];
+      const isSmall = panels[i].width < SMALL;
+      label.classList.toggle("small", isSmall);
+      label.firstChild.textContent = isSmall ? short : whole;
+    });
+  }
+}
+
+function message(text) {
+  const made = document.createElement("p");
+  made.className = "softvox-message";
+  made.textContent = text;
+  return made;
+}

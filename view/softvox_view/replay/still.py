@@ -1,0 +1,107 @@
+"""Still pictures of replays, and PNG files of them, with the standard library alone."""
+
+from __future__ import annotations
+
+import base64
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.rendering import Pose, fitting_distance, render
+from softvox_view.replay.data import pose
+from softvox_view.replay.recorded import Recorded, checked_places
+
+#: Counts between the colours of a picture that stands in for a replay: that takes two fifths of the
+#: bytes away, and can be seen in the floor's shading alone.
+COARSE = 4
+
+PANEL = (400, 300)  # pixels, at most
+WIDTH = 900  # pixels of all panels beside each other, at most
+
+
+def still(
+    result: Recorded,
+    *designs: int,
+    frame: int | None = None,
+    panel: tuple[int, int] | None = None,
+) -> NDArray[np.uint8]:
+    """Draw some designs of a batch side by side at one moment.
+
+    Parameters
+    ----------
+    result : Result
+        Of `simulate(..., frames=every)`.
+    *designs : int
+        Their places in the batch; all where none is given.
+    frame : int, optional
+        From 0; the last where None.
+    panel : (int, int), optional
+        Width and height of each robot's picture, pixels; smaller for many robots where None.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+
+    Raises
+    ------
+    ValueError
+        Where the result has no frames or a place is out of range.
+    """
+    places = checked_places(result, designs)
+    last = len(result.frames.step) - 1 if result.frames is not None else 0
+    shown = last if frame is None else frame
+    # The distance of the first frame, so that the breathing of a robot does not zoom.
+    distances = [fitting_distance(pose(result, i, 0)) for i in places]
+    if panel is None:
+        width = min(PANEL[0], WIDTH // columns(len(places)))
+        panel = (width, width * PANEL[1] // PANEL[0])
+    return beside([pose(result, i, shown) for i in places], panel=panel, distances=distances)
+
+
+def beside(
+    poses: Sequence[Pose], *, panel: tuple[int, int], distances: Sequence[float]
+) -> NDArray[np.uint8]:
+    """Draw robots in rows of panels, as `columns` says; what is left of the last row is empty."""
+    width, height = panel
+    across = columns(len(poses))
+    rows = math.ceil(len(poses) / across)
+    picture = np.full((rows * height, across * width, 3), 255, np.uint8)
+    for k, (robot, distance) in enumerate(zip(poses, distances, strict=True)):
+        top, left = k // across * height, k % across * width
+        picture[top : top + height, left : left + width] = render(
+            robot, width=width, height=height, distance=distance
+        )
+    return picture
+
+
+def columns(count: int) -> int:
+    """Return how many panels stand in a row: up to three robots in one, then a square."""
+    return max(count, 1) if count <= 3 else math.ceil(math.sqrt(count))
+
+
+def png(picture: NDArray[np.uint8]) -> bytes:
+    """Return a picture, uint8 of shape (height, width, 3), as the bytes of a PNG file."""
+    height, width, _ = picture.shape
+    rows = picture.reshape(height, 3 * width).astype(np.int16)
+    # Each byte less the one of the pixel to its left: what is even becomes zeros.
+    rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
+    filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(content))
+        + name
+        + content
+        + struct.pack(">I", zlib.crc32(name + content))
+        for name, content in parts
+    )
+
+
+def data_url(picture: NDArray[np.uint8]) -> str:
+    """Return a picture as a URL that holds it, in fewer colours."""
+    coarse = np.minimum(np.rint(picture / COARSE) * COARSE, 255).astype(np.uint8)
+    return "data:image/png;base64," + base64.b64encode(png(coarse)).decode("ascii")
