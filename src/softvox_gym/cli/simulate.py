@@ -113,7 +113,9 @@ def design_of(text: str, shape: tuple[int, int, int]) -> Design:
     with bad_input():
         lattice = Lattice.of(shape)
     if lattice.sites > MOST_SITES:
-        raise BadInputError(f"--shape has {lattice.sites} sites, and at most {MOST_SITES} are taken")
+        raise BadInputError(
+            f"--shape has {lattice.sites} sites, and at most {MOST_SITES} are taken"
+        )
     try:
         is_number = len(text) != lattice.sites and text.isdecimal()
         return Design(int(text) if is_number else text, shape=lattice)

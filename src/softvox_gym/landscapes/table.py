@@ -165,11 +165,12 @@ def _landscape(physics: Physics) -> Table:
     if physics == Physics.published():
         return _table(physics, tracks().track[:, -1], tracks().steps)
     path = cache_path(physics)
-    table = path and _read(path, physics)
+    if path is None:
+        return compute(physics)
+    table = _read(path, physics)
     if table is None:
         table = compute(physics)
-        if path:
-            _write(path, table)
+        _write(path, table)
     return table
 
 
@@ -181,9 +182,7 @@ def compute(
     return _table(physics, result.displacement, result.steps)
 
 
-def _table(
-    physics: Physics, displacement: NDArray[np.float64], steps: NDArray[np.int32]
-) -> Table:
+def _table(physics: Physics, displacement: NDArray[np.float64], steps: NDArray[np.int32]) -> Table:
     rows = np.empty(N_DESIGNS, dtype=ROW)
     rows["design"] = np.arange(N_DESIGNS)
     rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]

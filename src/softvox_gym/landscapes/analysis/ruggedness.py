@@ -51,8 +51,8 @@ def autocorrelation(
     steps = [fitness - fitness.mean()]
     for _ in range(lags):
         steps.append(steps[-1][neighbours()].mean(axis=1))
-    rho: NDArray[np.float64] = np.array([steps[0] @ later for later in steps])
-    return rho / rho[0]
+    products = np.array([steps[0] @ later for later in steps])
+    return np.asarray(products / products[0])
 
 
 def correlation_length(rho_1: float) -> float:
@@ -159,9 +159,7 @@ def ruggedness(fitness: NDArray[np.float64]) -> Section:
     )
 
 
-def neutrality(
-    fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THRESHOLDS
-) -> Section:
+def neutrality(fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THRESHOLDS) -> Section:
     """Return how many mutations change fitness by no more than each threshold, voxel widths.
 
     Notes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +124,7 @@ def symmetry(fitness: NDArray[np.float64]) -> Section:
 
 def _alike(
     name: str, fitness: NDArray[np.float64], classes: list[NDArray[np.int64]]
-) -> tuple[object, ...]:
+) -> tuple[Any, ...]:
     spreads = np.array([np.ptp(fitness[group]) for group in classes])
     sizes, counts = np.unique([len(group) for group in classes], return_counts=True)
     widest = int(spreads.argmax())
@@ -163,7 +164,7 @@ def broken(fitness: NDArray[np.float64]) -> Section:
 
 def classes(fitness: NDArray[np.float64]) -> Section:
     """Return the classes under turns and mirrors, the most unequal first; fitness as above."""
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for group in members(symmetry_classes()):
         digits, own = all_digits()[group[0]], fitness[group]
         rows.append(
