@@ -176,6 +176,14 @@ def test_another_lattice_is_given_by_its_shape():
     assert (data["digits"], data["shape"], data["n_voxels"]) == (digits, [2, 3, 4], 18)
 
 
+def test_a_lattice_of_more_designs_than_int64_counts_goes_by_digits():
+    digits = "2" * 64
+    done = softvox("simulate", digits, "--shape", "4", "4", "4", "--json", "--duration", "0.26")
+    data = json.loads(done.stdout)
+    assert (data["design"], data["digits"], data["n_voxels"]) == (None, digits, 64)
+    assert data["diverged"] is False
+
+
 def test_frames_are_saved_with_what_made_them(tmp_path):
     options = ("--frames", "f.npz", "--every", "100")
     assert softvox("simulate", "6453", *options, *SHORT, cwd=tmp_path).returncode == 0
