@@ -27,15 +27,6 @@ int32_t sv_isa_supported(int32_t isa)
     return sv_kernel_of(isa) != NULL;
 }
 
-int32_t sv_isa_best(void)
-{
-    int32_t best = SV_ISA_PORTABLE;
-    for (int32_t isa = SV_ISA_PORTABLE; isa < SV_ISA_COUNT; isa++)
-        if (sv_isa_supported(isa))
-            best = isa;
-    return best;
-}
-
 const char *sv_isa_name(int32_t isa)
 {
     const sv_kernel *kernel = sv_kernel_of(isa);

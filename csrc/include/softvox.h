@@ -87,9 +87,8 @@ typedef struct {
     int32_t cancel;     /* set it to 1 and the workers stop soon */
 } sv_progress;
 
-/* The widest instruction set that this machine runs, and whether it runs a given one; the name (else "unknown") and
- * the lanes (else 0) of one that it runs. */
-int32_t sv_isa_best(void);
+/* Whether this machine runs an instruction set, and the name (else "unknown") and lanes (else 0) of one that it runs.
+ */
 int32_t sv_isa_supported(int32_t isa);
 const char *sv_isa_name(int32_t isa);
 int32_t sv_isa_lanes(int32_t isa);

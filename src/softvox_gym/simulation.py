@@ -111,6 +111,7 @@ def simulate(
     track: int = 0,
     frames: int = 0,
     threads: int | None = None,
+    isa: str | None = None,
     progress: engine.Progress | None = None,
 ) -> Result:
     """Simulate a batch of designs.
@@ -138,6 +139,9 @@ def simulate(
         Steps between full frames; 0 for none.
     threads : int, optional
         At most this many; all processors of the process where None.
+    isa : str, optional
+        The instruction set, one of `engine.isa_names`; where None, what SOFTVOX_ISA says, or the
+        widest of the machine.
     progress : callable (done, total), optional
         Called now and then with the number of designs finished.
 
@@ -188,7 +192,8 @@ def simulate(
         frame_every=int(frames),
         frame_count=_frame_count(physics, int(frames)),
     )
-    return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
+    output = engine.run(batch, threads=threads, isa=isa, progress=progress)
+    return _result(stack, physics, batch, output)
 
 
 def shown_in_notebook(value: Any) -> str | None:

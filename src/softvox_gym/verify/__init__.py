@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -108,24 +106,10 @@ def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) 
     some = np.arange(0, N_DESIGNS, 40)
     wanted = displacement[some].view(np.uint64)
     for isa in engine.isa_names():
-        with _instruction_set(isa):
-            found = simulate(some, threads=threads).displacement.view(np.uint64)
+        found = simulate(some, threads=threads, isa=isa).displacement.view(np.uint64)
         agree = int(np.count_nonzero((found == wanted).all(axis=1)))
         verdict = OK if agree == len(some) else FAILED
         yield Row(isa, verdict, agree, len(some), note="to the bit")
-
-
-@contextmanager
-def _instruction_set(isa: str) -> Iterator[None]:
-    before = os.environ.get(engine.ISA_VARIABLE)
-    os.environ[engine.ISA_VARIABLE] = isa
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[engine.ISA_VARIABLE]
-        else:
-            os.environ[engine.ISA_VARIABLE] = before
 
 
 def sample(
