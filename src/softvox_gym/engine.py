@@ -20,7 +20,6 @@ POLL_SECONDS = 0.05
 
 Progress = Callable[[int, int], None]
 
-STATUS_NAMES = np.array(["ok", "diverged"])
 ACTUATION_CODES = {name: getattr(lib, f"SV_{name.upper()}") for name in ACTUATIONS}
 
 
