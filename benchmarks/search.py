@@ -20,7 +20,7 @@ import numpy as np
 import softvox_gym
 from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.oracle import Budget, Oracle
-from softvox_search.protocol import digits_of
+from softvox_gym.design import digits_of
 from softvox_search.registry import SEARCHERS, make
 
 TABLE, ENGINE = softvox_gym.TABLE_ENV_ID, softvox_gym.ENV_ID
