@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, Physics, landscape, noisy_landscape
 from softvox_gym import evaluate as evaluate_designs
+from softvox_gym.rendering import png
 from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.log import COLUMNS, NO_SEED, Columns, identity
 from softvox_search.oracle import Budget, Oracle, Progress
@@ -251,6 +252,19 @@ def table(columns: Columns, suffix: str) -> bytes:
     content = io.BytesIO()
     pq.write_table(pa.table(arrays), content)
     return content.getvalue()
+
+
+def picture(design: Design, physics: Any = "published") -> bytes:
+    """Return a picture of a design after its run without noise, as PNG."""
+    options = {"shape": design.lattice, "physics": physics, "render_mode": "rgb_array"}
+    env = gym.make(ENV_ID, **options)
+    try:
+        env.reset(seed=0)
+        env.step(design.lattice.to_rows(design.array))
+        image: Any = env.render()
+    finally:
+        env.close()
+    return png(image)
 
 
 def _made(searcher: str, rng: np.random.Generator, space: Lattice, options: dict[str, Any]) -> Any:
