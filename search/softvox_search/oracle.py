@@ -297,7 +297,9 @@ class Oracle:
             known = len(self._places)
             added = self._simulated(rows[fresh], None)
             if known + len(added) > len(self._cache):
-                self._cache = np.resize(self._cache, 2 * (known + len(added)))
+                larger = np.zeros(2 * (known + len(added)), dtype=_RECORD)
+                larger[:known] = self._cache[:known]
+                self._cache = larger
             self._cache[known : known + len(added)] = added
             for i in np.flatnonzero(fresh).tolist():
                 self._places[keys[i]] = len(self._places)
