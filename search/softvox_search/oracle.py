@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE, stack_of
-from softvox_gym.simulation import check_count
+from softvox_gym.simulation import MOST, check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.options import check_real
@@ -66,9 +66,9 @@ class Budget:
     cpu_seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("unique", "evaluations", "steps"):
+        for name, most in (("unique", MOST), ("evaluations", MOST), ("steps", 10**15)):
             if getattr(self, name) is not None:
-                check_count(f"budget {name}", getattr(self, name), least=1)
+                check_count(f"budget {name}", getattr(self, name), least=1, most=most)
         if self.cpu_seconds is not None:
             check_real("budget cpu_seconds", self.cpu_seconds)
             if not 0 < self.cpu_seconds < np.inf:
