@@ -92,7 +92,7 @@ class Evaluator:
             raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
         self.action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
-        self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(  # type: ignore[assignment]
+        self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(
             -np.inf, np.inf, shape=(samples, 3), dtype=np.float64
         )
 

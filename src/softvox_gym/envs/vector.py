@@ -190,7 +190,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         if len(which) == 0:
             return rewards, {}
         observations, rewards[which], told, poses = self.evaluator.run(
-            actions[which], lambda: [self._generator(i) for i in which]
+            actions[which], lambda: [self._generator(int(i)) for i in which]
         )
         self._observations[which] = observations
         self._poses[which] = poses
