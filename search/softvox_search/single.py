@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 import softvox_gym
 from softvox_gym import Design, Physics, simulate
 from softvox_gym.design import N_DESIGNS
-from softvox_search.experiment.config import Experiment, PolicyChoice, SearcherChoice
-from softvox_search.experiment.environment import Environments
-from softvox_search.experiment.job import Columns, do, evaluations
-from softvox_search.log import COLUMNS, NO_SEED
+from softvox_search.experiment.environments import Environments, evaluations
+from softvox_search.experiment.run import Columns, do
+from softvox_search.experiment.schema import PolicyChoice, Problem, Run, SearcherChoice
+from softvox_search.log import NO_SEED
 from softvox_search.oracle import Budget, SearcherError
 from softvox_search.policies import Guarded, Policy
 from softvox_search.registry import make
@@ -134,7 +134,7 @@ class Found:
         }
 
 
-def experiment_of(
+def run_of(
     searcher: str,
     *,
     options: dict[str, Any],
@@ -144,8 +144,8 @@ def experiment_of(
     level: float | None = None,
     policy: Policy | None = None,
     physics: str | dict[str, Any] = "published",
-) -> Experiment:
-    """Return a search as an experiment of one run.
+) -> Run:
+    """Return a search as a run of an experiment.
 
     Parameters
     ----------
@@ -171,23 +171,18 @@ def experiment_of(
         Where the searcher's module or class raises anything but an error about its options.
     """
     budget = Budget(unique=unique, evaluations=evaluations)
-    policies = () if level is None else (PolicyChoice(name="own", policy=policy or Policy()),)
-    _check(searcher, options, budget, policies)
-    choice = SearcherChoice(name=searcher, label=searcher, options=options, seeds=1, budget=budget)
-    return Experiment(
-        name="search",
+    choice = None if level is None else PolicyChoice(name="own", policy=policy or Policy())
+    _check(searcher, options, budget, choice)
+    return Run(
+        searcher=SearcherChoice(name=searcher, label=searcher, options=options, budget=budget),
+        problem=Problem(values=physics, level=level),
+        policy=choice,
         entropy=seed,
-        seeds=1,
-        budget=budget,
-        physics=physics,
-        levels=None if level is None else (level,),
-        policies=policies,
-        searchers=(choice,),
     )
 
 
-def search(experiment: Experiment, *, progress: Callable[[int, int], None] | None = None) -> Found:
-    """Do the only run of an experiment, and hold what it recommends against all designs.
+def search(run: Run, *, progress: Callable[[int, int], None] | None = None) -> Found:
+    """Do a run, and hold what it recommends against all designs.
 
     Raises
     ------
@@ -196,27 +191,26 @@ def search(experiment: Experiment, *, progress: Callable[[int, int], None] | Non
     RaisedError
         Where it raises anything else.
     """
-    (run,) = experiment.runs()
     try:
-        record = do(experiment, run, Environments(experiment), progress=progress)
+        record = do(run, Environments(), progress=progress)
     except (SearcherError, MemoryError):
         raise
     except (Exception, SystemExit) as error:
-        raise RaisedError(run.cell.searcher.label, error) from error
+        raise RaisedError(run.searcher.label, error) from error
     summary = record.summary
     design = Design(summary["recommended"])
     rows = np.flatnonzero(record.columns["design"] == design.index)
     return Found(
         design=design,
-        truth=Standing.of(design, _landscape(experiment)),
+        truth=Standing.of(design, _landscape(run.problem)),
         level=summary["level"],
         believed=summary["believed"],
-        noisy=_under_noise(experiment, design),
+        noisy=_under_noise(run.problem, design),
         sequence=int(record.columns["sequence"][rows[0]]) if len(rows) else None,
         unique=summary["unique"],
         evaluations=summary["evaluations"],
         steps=summary["steps"],
-        budget=experiment.budget,
+        budget=run.searcher.budget,
         columns=record.columns,
     )
 
@@ -232,26 +226,25 @@ def table(columns: Columns, suffix: str) -> bytes:
     if suffix == ".csv":
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in zip(*(columns[name].tolist() for name in COLUMNS), strict=True):
+        writer.writerow(columns)
+        for row in zip(*(column.tolist() for column in columns.values()), strict=True):
             writer.writerow("" if value == NO_SEED else value for value in row)
         return text.getvalue().encode()
     try:
+        import pyarrow as pa
         import pyarrow.parquet as pq
-
-        from softvox_search.experiment.encoding import evaluations as rows_of
     except ModuleNotFoundError as error:
         raise SearchError(
             f"--out in Parquet needs {error.name}: pip install 'softvox-gym[search]'"
         ) from error
     content = io.BytesIO()
-    pq.write_table(rows_of(0, columns).drop_columns("run"), content)
+    pq.write_table(pa.table(columns), content)
     return content.getvalue()
 
 
-def picture(experiment: Experiment, design: Design) -> bytes:
+def picture(problem: Problem, design: Design) -> bytes:
     """Return a picture of a design after its run without noise, as PNG."""
-    env = gym.make(experiment.env_id, physics=experiment.physics, render_mode="rgb_array")
+    env = gym.make(softvox_gym.ENV_ID, physics=problem.values, render_mode="rgb_array")
     try:
         env.reset(seed=0)
         env.step(np.array([int(digit) for digit in design.digits]))
@@ -284,7 +277,7 @@ def png(image: NDArray[np.uint8]) -> bytes:
 
 
 def _check(
-    searcher: str, options: dict[str, Any], budget: Budget, policies: tuple[PolicyChoice, ...]
+    searcher: str, options: dict[str, Any], budget: Budget, choice: PolicyChoice | None
 ) -> None:
     try:
         made = make(searcher, np.random.default_rng(0), **options)
@@ -292,24 +285,24 @@ def _check(
         raise SearchError(f"--searcher {searcher}: {error}") from error
     except (Exception, SystemExit) as error:  # one's own may raise anything
         raise RaisedError(searcher, error) from error
-    for choice in policies:
+    if choice is not None:
         try:
             Guarded(made, choice.policy, evaluations=evaluations(budget))
         except ValueError as error:
             raise SearchError(f"--final-stage: {error}") from error
 
 
-def _landscape(experiment: Experiment) -> NDArray[np.float64]:
-    """Return the fitness of every design under the experiment's physics, shape (6561,)."""
-    if experiment.is_published:
+def _landscape(problem: Problem) -> NDArray[np.float64]:
+    """Return the fitness of every design under the problem's physics, shape (6561,)."""
+    if problem.is_published:
         values: NDArray[np.float64] = softvox_gym.landscape()["fitness"]
         return values
-    return simulate(np.arange(N_DESIGNS), Physics.of(experiment.physics)).fitness
+    return simulate(np.arange(N_DESIGNS), Physics.of(problem.values)).fitness
 
 
-def _under_noise(experiment: Experiment, design: Design) -> Standing | None:
+def _under_noise(problem: Problem, design: Design) -> Standing | None:
     """Return where a design stands under the noise, where that was measured."""
-    if not experiment.levels or not experiment.is_published:
+    if problem.level is None or not problem.is_published:
         return None
-    truth = truth_at(experiment.levels[0])
+    truth = truth_at(problem.level)
     return None if np.isnan(truth.value[design.index]) else Standing.of(design, truth.value)

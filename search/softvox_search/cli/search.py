@@ -24,7 +24,7 @@ from softvox_search.cli import listing
 from softvox_search.cli.own_code import look_in, prints_aside
 
 if TYPE_CHECKING:
-    from softvox_search.experiment.config import Experiment
+    from softvox_search.experiment.schema import Run
     from softvox_search.single import Found
 
 BUDGET = 500
@@ -149,23 +149,23 @@ def _search(args: Namespace) -> int:
     _check_files(args, picture)
     with _one_line():
         with prints_aside():
-            experiment = _experiment(args)
+            run = _run(args)
             with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
-                found = single.search(experiment, progress=progress)
+                found = single.search(run, progress=progress)
         table = single.table(found.columns, args.out.suffix) if args.out else b""
     if args.out:
         with bad_input("--out"):
             write_file(args.out, table, force=args.force)
     if picture:
         with bad_input("--picture"):
-            image = single.picture(experiment, found.design)
+            image = single.picture(run.problem, found.design)
             write_file(picture, image, force=args.force or not args.picture)
     print(as_json(found, picture) if args.json else as_text(found, picture))
     return 0
 
 
-def _experiment(args: Namespace) -> Experiment:
-    """Return the search as an experiment of one run."""
+def _run(args: Namespace) -> Run:
+    """Return the search as a run of an experiment."""
     from softvox_search import single
     from softvox_search.policies import Policy
 
@@ -181,7 +181,7 @@ def _experiment(args: Namespace) -> Experiment:
         raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
-    return single.experiment_of(
+    return single.run_of(
         args.searcher,
         options=_options(args.option),
         seed=args.seed,
