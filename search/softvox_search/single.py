@@ -192,26 +192,25 @@ def search(run: Run, *, progress: Callable[[int, int], None] | None = None) -> F
         Where it raises anything else.
     """
     try:
-        record = do(run, Environments(), progress=progress)
+        summary, columns = do(run, Environments(), progress=progress)
     except (SearcherError, MemoryError):
         raise
     except (Exception, SystemExit) as error:
         raise RaisedError(run.searcher.label, error) from error
-    summary = record.summary
     design = Design(summary["recommended"])
-    rows = np.flatnonzero(record.columns["design"] == design.index)
+    rows = np.flatnonzero(columns["design"] == design.index)
     return Found(
         design=design,
         truth=Standing.of(design, _landscape(run.problem)),
         level=summary["level"],
         believed=summary["believed"],
         noisy=_under_noise(run.problem, design),
-        sequence=int(record.columns["sequence"][rows[0]]) if len(rows) else None,
+        sequence=int(columns["sequence"][rows[0]]) if len(rows) else None,
         unique=summary["unique"],
         evaluations=summary["evaluations"],
         steps=summary["steps"],
         budget=run.searcher.budget,
-        columns=record.columns,
+        columns=columns,
     )
 
 

@@ -149,7 +149,7 @@ def part(text: str) -> tuple[int, int]:
 def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
     look_in(Path.cwd(), args.file.parent)
-    with needs("compare", args.file.parent):
+    with needs("compare"):
         from softvox_search.experiment.environments import check
         from softvox_search.experiment.schema import read
 
@@ -227,7 +227,7 @@ def warn(message: str) -> None:
 
 
 @contextmanager
-def needs(command: str, *folders: Path) -> Iterator[None]:
+def needs(command: str) -> Iterator[None]:
     """Say in one line which package is missing."""
     try:
         yield
@@ -240,7 +240,7 @@ def needs(command: str, *folders: Path) -> Iterator[None]:
 def check_report() -> None:
     """Make sure before the runs that there can be a report on them."""
     try:
-        from softvox_search.report import writing  # noqa: F401
+        from softvox_search.report import figures, page  # noqa: F401
     except Exception as error:
         raise BadInputError(
             f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "

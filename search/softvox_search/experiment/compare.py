@@ -76,8 +76,6 @@ class Outcome:
         s, of the runs now.
     files : list of str
         Written, relative to the folder.
-    speed : dict of float
-        Evaluations per second of processor time, by searcher.
     command : str
         What makes the results again.
     """
@@ -89,7 +87,6 @@ class Outcome:
     missing: int = 0
     seconds: float = 0.0
     files: list[str] = field(default_factory=list)
-    speed: dict[str, float] = field(default_factory=dict)
     command: str = ""
 
 
@@ -189,9 +186,8 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
                 if known is summary:
                     content = results.run_path(folder, run).read_bytes()
                     results.write_run(out, run, content)
-        speed = {name: value for one in manifests for name, value in one.speed.items()}
         notes = list(dict.fromkeys(note for one in manifests for note in one.notes))
-        merged = msgspec.structs.replace(first, failed=[], files={}, notes=notes, speed=speed)
+        merged = msgspec.structs.replace(first, failed=[], files={}, notes=notes)
         return _sum_up(out, merged, runs, summaries, outcome, plan)
 
 
@@ -215,30 +211,7 @@ def write_report(folder: Path) -> list[str]:
     """
     from softvox_search import report
 
-    return report.write(folder, _old_style(results.read(folder)))
-
-
-def _old_style(read: results.Results) -> Any:
-    """Until the report takes `Results` itself."""
-    import pandas as pd
-
-    from softvox_search.report.improvements import improvements
-    from softvox_search.report.results import Results as Old
-
-    parts = [
-        pd.DataFrame({"run": number, **improvements(read.evaluations(run))})
-        for number, run in enumerate(read.runs["run"])
-        if read.runs["status"][number] == "ok"
-    ]
-    (budget, *_) = read.budgets.values()
-    own = {label: one for label, one in read.budgets.items() if one != budget}
-    return Old(
-        title=read.title,
-        command=read.command,
-        budget={**budget, **({"searchers": own} if own else {})},
-        runs=read.runs.assign(run=range(len(read.runs))),
-        improvements=pd.concat(parts, ignore_index=True),
-    )
+    return report.write(folder, results.read(folder))
 
 
 def difference(before: Any, now: Any, key: str = "") -> str | None:
@@ -291,7 +264,7 @@ def _open(
             results.clear(folder)
         before = results.read_manifest(folder)
         there = {path.stem for path in (folder / results.FOLDER).glob("*.parquet")}
-        if there.isdisjoint(run[:16] for run in runs):
+        if not plan.force and there.isdisjoint(run[:16] for run in runs):
             _check_free(folder, manifest, before, is_empty=not there)
         (folder / results.FOLDER).mkdir(exist_ok=True)
         yield before
@@ -316,8 +289,8 @@ def _check_free(
 
 
 def _take_over(manifest: Manifest, before: Manifest, outcome: Outcome) -> None:
-    """Keep what an earlier manifest says of the runs before, and note that the source changed."""
-    manifest.speed, manifest.notes = {**before.speed}, [*before.notes]
+    """Keep the notes of an earlier manifest, and note that the source has changed since."""
+    manifest.notes = [*before.notes]
     if before.code != manifest.code and outcome.before:
         manifest.notes.append(
             f"the source changed, from {before.code[:12]} to {manifest.code[:12]}; "
@@ -376,7 +349,6 @@ def _do(
     progress: Progress,
 ) -> None:
     """Do runs, and write each as it is finished."""
-    evaluations: dict[str, list[float]] = {}
     started = time.perf_counter()
     progress(0, len(left))
     with closing(do_all(list(left.items()), workers=plan.workers)) as outcomes:
@@ -384,14 +356,11 @@ def _do(
             if isinstance(one, Done):
                 results.write_run(folder, one.run, one.content)
                 summaries[one.run] = one.summary
-                sums = evaluations.setdefault(one.summary["searcher"], [0, 0])
-                sums[0], sums[1] = sums[0] + one.summary["evaluations"], sums[1] + one.seconds
             else:
                 outcome.failed.append((left[one.run], one))
             progress(count, len(left))
     order = list(left)
     outcome.failed.sort(key=lambda pair: order.index(pair[1].run))
-    outcome.speed = {name: n / max(s, 1e-9) for name, (n, s) in evaluations.items()}
     outcome.seconds = time.perf_counter() - started
 
 
@@ -406,7 +375,6 @@ def _sum_up(
     """Write everything but the runs; the manifest last."""
     outcome.command = manifest.command
     manifest.failed = [failure.run for _, failure in outcome.failed]
-    manifest.speed = {**manifest.speed, **outcome.speed}
     outcome.missing = len(part_of(list(runs), plan.part)) - len(summaries)
     is_whole = plan.part is None and outcome.missing == len(outcome.failed)
     if is_whole:

@@ -90,8 +90,9 @@ def check(experiment: Experiment, place: str) -> None:
     """
     environments, noisy = Environments(), experiment.levels is not None
     for problem in experiment.problems():
+        names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"
         env = _tried(
-            f"{place}: [[wrappers]] on {problem.physics} {problem.shape_name}",
+            f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape_name}",
             lambda: _stepped(environments.of(problem)(1), problem),  # noqa: B023, called at once
         )
         noisy = is_noisy(env) or noisy
@@ -167,13 +168,12 @@ def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
 
 def _stepped(env: Any, problem: Problem) -> Any:
     """Try one design where there are wrappers of one's own, which may drop what is needed."""
-    own = [wrapper["name"] for wrapper in problem.wrappers if ":" in wrapper["name"]]
-    if own:
+    if any(":" in wrapper["name"] for wrapper in problem.wrappers):
         env.reset(seed=0)
         infos = env.step(np.zeros(env.action_space.shape, dtype=np.int64))[4]
         if lacks := [name for name in NEEDED if name not in infos]:
             raise ValueError(
-                f"{', '.join(own)}: the step's infos lack {', '.join(lacks)}; pass on all that the "
-                "environment within gives"
+                f"the step's infos lack {', '.join(lacks)}; pass on all that the environment "
+                "within gives"
             )
     return env

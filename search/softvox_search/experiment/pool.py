@@ -42,17 +42,14 @@ class Done:
     run : str
         Its identity.
     summary : dict
-        Of `softvox_search.experiment.run.Record`.
+        As `softvox_search.experiment.run.do` returns it.
     content : bytes
         Its file.
-    seconds : float
-        s of processor time.
     """
 
     run: str
     summary: dict[str, Any]
     content: bytes
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -196,9 +193,8 @@ def done(task: Task, environments: Any) -> Done | Failed:
 
     identity, run = task
     try:
-        record = do(run, environments)
-        content = encode(identity, record.summary, record.columns)
-        return Done(identity, record.summary, content, record.seconds)
+        summary, columns = do(run, environments)
+        return Done(identity, summary, encode(identity, summary, columns))
     except (Exception, SystemExit) as error:
         message = f"{type(error).__name__}: {error}"
         return Failed(identity, " ".join(message.split()), traceback.format_exc())

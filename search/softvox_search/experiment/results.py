@@ -69,8 +69,6 @@ class Manifest(msgspec.Struct, kw_only=True):
         SHA-256 of runs.csv.
     notes : list of str
         What happened to the folder.
-    speed : dict of float
-        Evaluations per second of processor time, by searcher.
     """
 
     experiment: dict[str, Any]
@@ -80,7 +78,6 @@ class Manifest(msgspec.Struct, kw_only=True):
     failed: list[str]
     files: dict[str, str]
     notes: list[str] = []
-    speed: dict[str, float] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +281,7 @@ def finished(folder: Path, identities: Iterable[str], say: Say) -> dict[str, dic
         except ValueError as error:
             aside = path.with_suffix(".damaged")
             path.rename(aside)
-            say(f"{path} {error}: it is set aside as {aside.name}, and the run done again")
+            say(f"{path} {error}: it is set aside as {aside.name}, and the run is missing")
     return summaries
 
 

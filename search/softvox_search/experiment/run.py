@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
 from typing import Any
@@ -56,25 +54,6 @@ SUMMARY = (
 _PROBED = np.arange(40, 6561, 163)
 
 
-@dataclass(frozen=True, eq=False)
-class Record:
-    """What is kept of a run.
-
-    Parameters
-    ----------
-    summary : dict
-        One value for each of `SUMMARY`; None where there is none.
-    columns : dict of ndarray
-        The log.
-    seconds : float
-        s of processor time that the search took, the only thing that differs on repetition.
-    """
-
-    summary: dict[str, Any]
-    columns: Columns
-    seconds: float
-
-
 @lru_cache(maxsize=1)
 def made_with() -> dict[str, Any]:
     """Return what every run's result depends on besides the experiment, ready for JSON.
@@ -110,7 +89,9 @@ def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
     return np.random.default_rng(of_searcher), np.random.default_rng(of_noise)
 
 
-def do(run: Run, environments: Environments, *, progress: Progress | None = None) -> Record:
+def do(
+    run: Run, environments: Environments, *, progress: Progress | None = None
+) -> tuple[dict[str, Any], Columns]:
     """Do a run.
 
     Parameters
@@ -120,6 +101,13 @@ def do(run: Run, environments: Environments, *, progress: Progress | None = None
         What was made there for other runs is used again.
     progress : callable (done, total), optional
         Called after every batch with the evaluations.
+
+    Returns
+    -------
+    summary : dict
+        One value for each of `SUMMARY`; None where there is none.
+    columns : dict of ndarray
+        The log.
 
     Raises
     ------
@@ -136,9 +124,7 @@ def do(run: Run, environments: Environments, *, progress: Progress | None = None
     if oracle.noisy:
         policy = run.policy.policy if run.policy else Policy()
         searcher = Guarded(searcher, policy, evaluations=evaluations(budget))
-    started = time.process_time()  # the first run of a searcher in a process imports its libraries
     recommended = search(searcher, oracle, name=run.searcher.label)
-    seconds = time.process_time() - started
     columns = oracle.log.columns()
     summary = {
         **run.names(),
@@ -151,7 +137,7 @@ def do(run: Run, environments: Environments, *, progress: Progress | None = None
         "digest": digest(columns),
     }
     columns["diverged"] = columns.pop("status") != "ok"
-    return Record(summary, columns, seconds)
+    return summary, columns
 
 
 def design_key(design: Design) -> int | str:

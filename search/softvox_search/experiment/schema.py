@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -184,17 +185,22 @@ class Problem:
     @property
     def is_published(self) -> bool:
         """Whether it is the published run's physics."""
-        return Physics.of(self.values) == Physics.published()
+        return not self.changes
+
+    @cached_property
+    def changes(self) -> dict[str, Any]:
+        """What differs from the published physics, ready for JSON."""
+        base, values = Physics.published().to_dict(), Physics.of(self.values).to_dict()
+        return {name: value for name, value in values.items() if value != base[name]}
 
     def to_dict(self) -> dict[str, Any]:
         """Return what results depend on, ready for JSON.
 
-        Of the physics only what differs from the published one, so that a parameter that the
-        package gains later changes no run's identity.
+        Of the physics only the changes, so that a parameter that the package gains later changes no
+        run's identity.
         """
-        base, values = Physics.published().to_dict(), Physics.of(self.values).to_dict()
         return {
-            "physics": {name: value for name, value in values.items() if value != base[name]},
+            "physics": self.changes,
             "shape": list(self.shape),
             "level": self.level,
             "wrappers": list(self.wrappers),
@@ -370,7 +376,10 @@ def _explained(message: str, data: dict[str, Any]) -> str:
         return f"{where}lacks the key {missing[1]}{hint}"
     shown = repr(value)
     shown = shown if len(shown) < 80 else f"{shown[:60]}..."
-    expected = said.replace("Expected", "must be").replace("`", "").replace(", got", ", not")
+    words = {"Expected": "must be", ", got": ", not", "object": "table", "array": "list", "`": ""}
+    expected = said
+    for theirs, ours in words.items():
+        expected = expected.replace(theirs, ours)
     return f"{where}{expected}, got {shown}"
 
 
