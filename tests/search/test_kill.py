@@ -93,7 +93,7 @@ def test_killed_again_and_again_it_goes_on_and_the_result_is_the_same_bits(unint
     for wanted in (1, 4):
         process = start(folder)
         wait_for(lambda wanted=wanted: runs_done(folder) >= wanted, process)
-        wait_for(lambda: len(descendants(process.pid)) >= 2, process)
+        wait_for(lambda process=process: len(descendants(process.pid)) >= 2, process)
         workers = descendants(process.pid)
         process.kill()
         process.communicate()
