@@ -5,30 +5,24 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from importlib import import_module
+from itertools import product
 from typing import Any, TypeVar
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import VectorEnv
 
-from softvox_gym import ENV_ID, TABLE_ENV_ID
+from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
 from softvox_gym.wrappers import is_noisy, silent, vector
-from softvox_search.experiment.schema import (
-    NOISE,
-    Experiment,
-    PolicyChoice,
-    Problem,
-    SearcherChoice,
-    UsageError,
-)
-from softvox_search.oracle import Budget, MakeEnv
-from softvox_search.policies import Guarded
+from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError
+from softvox_search.oracle import MakeEnv
+from softvox_search.policies import with_policy
 from softvox_search.registry import make
 
 T = TypeVar("T")
 
 #: What the oracle reads of the infos of a step.
-NEEDED = ("displacement", "status", "steps")
+NEEDED = ("displacement", "diverged", "steps")
 
 
 class Environments:
@@ -64,19 +58,13 @@ def answers_from_table(problem: Problem) -> bool:
     """
     return (
         problem.table
-        and problem.shape == (2, 2, 2)
+        and problem.shape == Lattice()
         and problem.is_published
         and not any(
             ":" in wrapper["name"] or (wrapper["name"] == NOISE and wrapper.get("level", 1) != 0)
             for wrapper in problem.stack()
         )
     )
-
-
-def evaluations(budget: Budget) -> int:
-    """Return how many evaluations a budget allows where each is a fresh draw and counts."""
-    assert budget.evaluations is not None
-    return min(budget.evaluations, budget.unique or budget.evaluations)
 
 
 def check(experiment: Experiment, place: str) -> None:
@@ -92,7 +80,7 @@ def check(experiment: Experiment, place: str) -> None:
     for problem in experiment.problems():
         names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"
         env = _tried(
-            f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape_name}",
+            f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape}",
             lambda: _stepped(environments.of(problem)(1), problem),  # noqa: B023, called at once
         )
         noisy = is_noisy(env) or noisy
@@ -101,25 +89,16 @@ def check(experiment: Experiment, place: str) -> None:
             f"{place}: [[policies]] are against the luck of noisy evaluations, and nothing is "
             "noisy here; give levels or a wrapper with noise, or drop them"
         )
-    for choice in experiment.searcher_choices():
+    for choice, shape in product(experiment.searcher_choices(), experiment.shapes()):
         searcher = _tried(
             f"{place}: [[searchers]] {choice.label}",
-            lambda: make(choice.name, np.random.default_rng(0), **choice.options),  # noqa: B023
+            lambda: make(choice.name, np.random.default_rng(0), space=shape, **choice.options),  # noqa: B023
         )
         for policy in experiment.policy_choices():
-            _check_policy(f"{place}: [[policies]] {policy.name}", policy, choice, searcher)
-
-
-def _check_policy(place: str, policy: PolicyChoice, choice: SearcherChoice, searcher: Any) -> None:
-    if policy.policy.final_stage and choice.budget.steps is not None:
-        raise UsageError(
-            f"{place}: final_stage needs a budget that ends at a known evaluation, and "
-            f"{choice.label} has one in steps; drop steps or final_stage"
-        )
-    try:
-        Guarded(searcher, policy.policy, evaluations=evaluations(choice.budget))
-    except ValueError as error:
-        raise UsageError(f"{place}: with {choice.label}: {error}") from error
+            _tried(
+                f"{place}: [[policies]] {policy.name}: with {choice.label}",
+                lambda: with_policy(searcher, policy.policy, shape, choice.budget),  # noqa: B023
+            )
 
 
 def _tried(place: str, what: Callable[[], T]) -> T:
@@ -137,8 +116,8 @@ def _environment(problem: Problem, num_envs: int) -> Any:
     if answers_from_table(problem):
         env = gym.make_vec(TABLE_ENV_ID, num_envs=num_envs)
     else:  # one thread: the runs themselves are in parallel
-        shape: dict[str, Any] = {} if problem.shape == (2, 2, 2) else {"shape": problem.shape}
-        env = gym.make_vec(ENV_ID, num_envs=num_envs, physics=problem.values, threads=1, **shape)
+        options: dict[str, Any] = {"shape": problem.shape, "physics": problem.values, "threads": 1}
+        env = gym.make_vec(ENV_ID, num_envs=num_envs, **options)
     for wrapper in problem.stack():
         env = _wrapped(env, **wrapper)
     return env

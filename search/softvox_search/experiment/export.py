@@ -50,7 +50,7 @@ def ioh(results: Results, out: Path) -> list[str]:
     """
     problems = results.problems
     levels = list(dict.fromkeys(problem.level for problem in problems))
-    instances = list(dict.fromkeys((one.physics, one.shape_name) for one in problems))
+    instances = list(dict.fromkeys((one.physics, str(one.shape)) for one in problems))
     written = ["instances.csv"]
     write_csv(
         out / written[0],
@@ -65,12 +65,12 @@ def ioh(results: Results, out: Path) -> list[str]:
             name = "SoftVox" if level is None else f"SoftVox_noise_{level:g}"
             head = f"{_file_name(algorithm)}/IOHprofiler_f{function}_{name}.json"
             scenarios, data = [], {}
-            for sites in sorted({int(np.prod(problem.shape)) for problem in here}):
+            for sites in sorted({problem.shape.sites for problem in here}):
                 path = f"data_f{function}_{name}/IOHprofiler_f{function}_DIM{sites}.dat"
                 parts = [
                     _run(results, row, problem, instances)
                     for problem in here
-                    if np.prod(problem.shape) == sites
+                    if problem.shape.sites == sites
                     for row in _of(runs, problem)
                 ]
                 data[path] = "".join(text for text, _ in parts)
@@ -97,7 +97,7 @@ def ioh(results: Results, out: Path) -> list[str]:
 def _of(runs: Any, problem: Problem) -> list[Any]:
     """Return the rows of the runs on a problem."""
     level = runs["level"].isna() if problem.level is None else runs["level"] == problem.level
-    here = (runs["physics"] == problem.physics) & (runs["shape"] == problem.shape_name) & level
+    here = (runs["physics"] == problem.physics) & (runs["shape"] == str(problem.shape)) & level
     return list(runs[here].itertuples())
 
 
@@ -116,7 +116,7 @@ def _run(
     key = design if isinstance(design, str) else int(design)
     digits = Design(key, shape=problem.shape).digits
     facts = {
-        "instance": 1 + instances.index((problem.physics, problem.shape_name)),
+        "instance": 1 + instances.index((problem.physics, str(problem.shape))),
         "evals": int(row.evaluations),
         "best": {
             "evals": int(log["sequence"][found]),

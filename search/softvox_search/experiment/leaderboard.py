@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_gym import Design, Physics, landscape, simulate
-from softvox_gym.design import N_DESIGNS
+from softvox_gym import Design, Lattice, evaluate, landscape
 from softvox_search.experiment.results import Results
 from softvox_search.experiment.schema import Problem
 
@@ -59,7 +57,7 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
     notes: list[str] = []
     for results in folders:
         budgets = results.budgets
-        problems = {(p.physics, p.shape_name, _level(p.level)): p for p in results.problems}
+        problems = {(p.physics, str(p.shape), _level(p.level)): p for p in results.problems}
         logs = (results.folder / "runs").is_dir()
         if not logs:
             notes.append(
@@ -137,25 +135,14 @@ def _worth(recommended: int | str, problem: Problem) -> float:
     values = _landscape(problem)
     if values is not None:
         return float(values[int(recommended)])
-    result = simulate([Design(recommended, shape=problem.shape)], Physics.of(problem.values))
-    return float(np.nan_to_num(result.fitness[0]))
+    return float(evaluate([Design(recommended, shape=problem.shape)], problem.values).value[0])
 
 
 def _landscape(problem: Problem) -> NDArray[np.float64] | None:
     """Return the fitness of every design of a lattice that is known as a whole, else None."""
-    if problem.shape != (2, 2, 2):
+    if problem.shape != Lattice():
         return None
-    return _fitness(json.dumps(problem.to_dict()["physics"], sort_keys=True))
-
-
-@lru_cache
-def _fitness(changes: str) -> NDArray[np.float64]:
-    physics = Physics.of({"preset": "published", **json.loads(changes)})
-    if physics == Physics.published():
-        fitness: NDArray[np.float64] = landscape()["fitness"]
-    else:
-        fitness = simulate(np.arange(N_DESIGNS), physics).fitness
-    return np.nan_to_num(fitness)
+    return np.nan_to_num(np.asarray(landscape(problem.values)["fitness"]))
 
 
 def _level(level: float | None) -> float | None:
@@ -166,7 +153,7 @@ def _title(problem: Problem) -> str:
     """Return what tells a problem from others, for people."""
     changes = problem.to_dict()["physics"]
     values = ", ".join(f"{name} {value}" for name, value in changes.items())
-    parts = [f"physics {problem.physics}" + (f" ({values})" if values else ""), problem.shape_name]
+    parts = [f"physics {problem.physics}" + (f" ({values})" if values else ""), str(problem.shape)]
     parts += [] if problem.level is None else [f"noise level {problem.level:g}"]
     return ", ".join([*parts, *(json.dumps(wrapper) for wrapper in problem.wrappers)])
 

@@ -27,8 +27,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from softvox_gym.files import write_file
-from softvox_search.experiment.run import SUMMARY, Columns
+from softvox_search.experiment.run import SUMMARY
 from softvox_search.experiment.schema import Problem, UsageError, of_dict
+from softvox_search.log import Columns
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,7 +16,7 @@ from typing import Annotated, Any, cast
 import msgspec
 from msgspec import Meta, Struct
 
-from softvox_gym import Physics
+from softvox_gym import Lattice, Physics
 from softvox_gym.cli.terminal import BadInputError
 from softvox_search.oracle import Budget
 from softvox_search.policies import Policy
@@ -100,18 +100,22 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def problems(self) -> list[Problem]:
         """Return physics x shape x level, the level changing fastest."""
         given = self.physics if isinstance(self.physics, list) else [self.physics]
-        shapes = self.shape if isinstance(self.shape[0], list) else [self.shape]
         return [
             Problem(
                 physics=_label(physics),
                 values=physics if isinstance(physics, str) else _without_label(physics),
-                shape=cast(tuple[int, int, int], tuple(cast(list[int], shape))),
+                shape=shape,
                 level=level,
                 wrappers=tuple(self.wrappers),
                 table=self.table,
             )
-            for physics, shape, level in product(given, shapes, self.levels or (None,))
+            for physics, shape, level in product(given, self.shapes(), self.levels or (None,))
         ]
+
+    def shapes(self) -> list[Lattice]:
+        """Return the lattices."""
+        given: list[Any] = self.shape
+        return [Lattice.of(one) for one in (given if isinstance(given[0], list) else [given])]
 
     def searcher_choices(self) -> list[SearcherChoice]:
         """Return the searchers, one for every combination of options that are lists."""
@@ -159,8 +163,7 @@ class Problem:
         Its label.
     values : str or dict
         The physics, as `Physics.of` takes it.
-    shape : (int, int, int)
-        Of the lattice.
+    shape : Lattice
     level : float or None
         Of `JakobiNoise`; None without that axis.
     wrappers : tuple of dict
@@ -172,15 +175,10 @@ class Problem:
 
     physics: str = "published"
     values: str | dict[str, Any] = "published"
-    shape: tuple[int, int, int] = (2, 2, 2)
+    shape: Lattice = Lattice()  # noqa: RUF009, immutable
     level: float | None = None
     wrappers: tuple[dict[str, Any], ...] = ()
     table: bool = True
-
-    @property
-    def shape_name(self) -> str:
-        """The shape as reports write it, "2x2x2"."""
-        return "x".join(map(str, self.shape))
 
     @property
     def is_published(self) -> bool:
@@ -274,7 +272,7 @@ class Run:
         return {
             "searcher": self.searcher.label,
             "physics": self.problem.physics,
-            "shape": self.problem.shape_name,
+            "shape": str(self.problem.shape),
             "level": self.problem.level,
             "policy": self.policy.name if self.policy else "",
             "seed": self.seed,
@@ -413,7 +411,6 @@ def _check(experiment: Experiment) -> None:
             raise ValueError("[[wrappers]] lacks the key name, a text")
         _check_name("wrappers", name, WRAPPERS)
     _check_finite(experiment)
-    _check_shapes(experiment.shape)
     number = len(experiment.problems()) * max(1, len(experiment.policies))
     number *= sum(choice.seeds for choice in experiment.searcher_choices())
     if number > MOST_RUNS:
@@ -451,12 +448,6 @@ def _check_finite(experiment: Experiment) -> None:
         json.dumps(experiment.to_dict(), allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-
-
-def _check_shapes(shape: list[Any]) -> None:
-    shapes = shape if all(isinstance(one, list) for one in shape) else [shape]
-    if not all(len(one) == 3 and all(isinstance(n, int) for n in one) for one in shapes):
-        raise ValueError(f"shape must be three whole numbers, or a list of such, got {shape}")
 
 
 def _check_different(kind: str, key: str, names: list[str]) -> None:

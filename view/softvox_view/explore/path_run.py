@@ -39,8 +39,8 @@ def main(name: str, seed: int, budget: int) -> None:
 def _path(name: str, seed: int, budget: int, say: Say) -> dict[str, Any]:
     from softvox_search import single
 
-    run = single.run_of(name, options={}, seed=seed, unique=budget)
-    found = single.search(run, progress=_Teller(say))
+    experiment = single.experiment_of(name, options={}, seed=seed, unique=budget)
+    found = single.search(experiment, progress=_Teller(say))
     return {
         "designs": found.columns["design"].tolist(),
         "fitness": listed(found.columns["fitness"]),
