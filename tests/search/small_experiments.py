@@ -52,8 +52,8 @@ from softvox_search.protocol import SearcherBase
 
 
 class Slow(SearcherBase):
-    def __init__(self, rng, *, seconds=0.02):
-        super().__init__(rng)
+    def __init__(self, space, rng, *, seconds=0.02):
+        super().__init__(space, rng)
         self.seconds = seconds
 
     def ask(self, n=None):
@@ -62,8 +62,8 @@ class Slow(SearcherBase):
 
 
 class Fails(SearcherBase):
-    def __init__(self, rng, *, how="raises"):
-        super().__init__(rng)
+    def __init__(self, space, rng, *, how="raises"):
+        super().__init__(space, rng)
         self.how = how
 
     def ask(self, n=None):
@@ -76,6 +76,16 @@ class Fails(SearcherBase):
                 return [[0, 1, 2, 3, 0, 0, 0, 0]]
             raise RuntimeError("no luck\\nat all")
         return np.arange(20)
+
+
+def climb(evaluate, space, rng, *, width=1):
+    best = space.random(1, rng)
+    value = evaluate(best)
+    while True:
+        new = best.copy()
+        new[0, rng.integers(space.sites, size=width)] = rng.integers(3, size=width)
+        if (told := evaluate(new)) >= value:
+            best, value = new, told
 """
 
 PLAN = Plan(command="softvox compare exp.toml", report=False)

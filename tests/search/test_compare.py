@@ -14,8 +14,11 @@ from small_experiments import NOISY, OWN, PLAN, SMALL, experiment_of, results, r
 
 import softvox_gym
 from softvox_gym.cli import main
+from softvox_search.cli.compare import summary
 from softvox_search.experiment import compare as comparing
 from softvox_search.experiment.environments import Environments
+from softvox_search.experiment.export import ioh
+from softvox_search.experiment.leaderboard import leaderboard
 from softvox_search.experiment.results import read, read_manifest
 from softvox_search.experiment.run import do, identity, made_with
 from softvox_search.experiment.schema import UsageError
@@ -191,6 +194,56 @@ def test_a_check_does_finished_runs_again_and_nothing_else(small, out):
     outcome, _, here = run_here(small[0], out, plan(check=True))
     assert (outcome.repeated, len(here.runs)) == (5, 5)
     assert results(out) == before
+
+
+LATTICES = """\
+seeds = 2
+shape = [[2, 2, 2], [1, 2, 2], [5, 3, 3]]
+budget.evaluations = 20
+[[searchers]]
+name = "own:climb"
+label = "climb"
+options = { width = [1, 2] }
+[[searchers]]
+name = "random"
+"""
+
+
+def test_functions_search_any_lattice_and_designs_without_numbers_are_digits(tmp_path, monkeypatch):
+    (tmp_path / "own.py").write_text(OWN)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "own", raising=False)
+    outcome, _, _ = run_here(experiment_of(tmp_path, LATTICES), tmp_path / "out")
+    found = read(tmp_path / "out")
+    assert (outcome.total, outcome.failed) == (18, [])
+    assert found.runs["shape"].tolist() == (["2x2x2"] * 2 + ["1x2x2"] * 2 + ["5x3x3"] * 2) * 3
+    assert set(found.runs["searcher"]) == {"climb(width=1)", "climb(width=2)", "random"}
+    for row in found.runs.itertuples():
+        log = found.evaluations(row.run)
+        assert row.recommended in log["design"].tolist()
+        assert isinstance(row.recommended, str) == (row.shape == "5x3x3")
+        assert row.evaluations == len(log["fitness"]) == 20
+        if row.shape == "5x3x3":
+            design = softvox_gym.Design(row.recommended, shape=(5, 3, 3))
+            assert row.believed == softvox_gym.evaluate([design]).value[0]
+    table, _ = leaderboard([found])
+    assert table["regret"].isna().sum() == 6
+    assert len(ioh(found, tmp_path)) == 1 + 3 * (1 + 3)
+
+
+def test_a_budget_in_seconds_is_left_out_of_what_is_done_again(tmp_path):
+    quick = SMALL.partition("[[searchers]]")[0].replace("unique = 60", "cpu_seconds = 0.02")
+    text = quick + "[[searchers]]\nname = 'random_with_replacement'\n"
+    run_here(experiment_of(tmp_path, text), tmp_path / "out")
+    more = text.replace("seeds = 3", "seeds = 4") + "[[searchers]]\nname = 'random'\n"
+    more += "budget = { evaluations = 20 }\n"
+    outcome, _, here = run_here(experiment_of(tmp_path, more), tmp_path / "out")
+    assert (outcome.repeated, outcome.unrepeatable, len(here.runs)) == (0, 3, 5)
+    outcome, _, _ = run_here(experiment_of(tmp_path, more), tmp_path / "out", plan(check=True))
+    assert outcome.unrepeatable == 8
+    assert "8 can't be repeated, as their budget is in CPU seconds" in summary(
+        "exp", tmp_path, plan(check=True), outcome
+    )
 
 
 OTHERS = {

@@ -196,6 +196,8 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
 def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
     """Return what was done, in a few lines."""
     again = f"{outcome.repeated} finished runs done again gave the same bits"
+    if outcome.unrepeatable:
+        again += f"; {outcome.unrepeatable} can't be repeated, as their budget is in CPU seconds"
     if plan.check:
         return f"{title}: {again}, in {folder}"
     of_part = " of part {}/{}".format(*plan.part) if plan.part else ""
@@ -208,7 +210,7 @@ def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
             f"{title}: {done} of {outcome.total} runs{of_part} done{before}, "
             f"{outcome.seconds:.1f} s"
         ]
-    if outcome.repeated:
+    if outcome.repeated or outcome.unrepeatable:
         lines.append(again)
     if outcome.failed:
         lines.append(

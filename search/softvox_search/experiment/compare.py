@@ -69,6 +69,8 @@ class Outcome:
         Those that were done already.
     repeated : int
         Finished runs that were done again, to the same bits.
+    unrepeatable : int
+        Finished runs that can't be, as their budget is in CPU seconds.
     failed : list of (Run, Failed)
     missing : int
         Runs that are not there, failed ones included.
@@ -83,6 +85,7 @@ class Outcome:
     total: int
     before: int = 0
     repeated: int = 0
+    unrepeatable: int = 0
     failed: list[tuple[Run, Failed]] = field(default_factory=list)
     missing: int = 0
     seconds: float = 0.0
@@ -132,7 +135,7 @@ def compare(
         outcome = Outcome(total=len(wanted), before=len(summaries))
         left = [run for run in runs if run in wanted and run not in summaries]
         if left or plan.check:
-            outcome.repeated = _repeat(folder, runs, summaries, plan)
+            _repeat(folder, runs, summaries, plan, outcome)
         if plan.check:
             return outcome
         _do(folder, {run: runs[run] for run in left}, summaries, outcome, plan, progress)
@@ -311,14 +314,19 @@ def _is_same(folder: Path, before: Manifest, manifest: Manifest, plan: Plan) -> 
 
 
 def _repeat(
-    folder: Path, runs: dict[str, Run], summaries: dict[str, dict[str, Any]], plan: Plan
-) -> int:
+    folder: Path,
+    runs: dict[str, Run],
+    summaries: dict[str, dict[str, Any]],
+    plan: Plan,
+    outcome: Outcome,
+) -> None:
     """Do a sample of the finished runs again, of as many searchers as can be, and compare the bits.
 
     Runs whose budget is in seconds are left out: they differ by nature.
     """
     by_searcher: dict[str, str] = {}
-    repeatable = [run for run in sorted(summaries) if _is_repeatable(runs[run])]
+    repeatable = [run for run in sorted(summaries) if runs[run].is_repeatable]
+    outcome.unrepeatable = len(summaries) - len(repeatable)
     for run in repeatable:
         by_searcher.setdefault(runs[run].searcher.label, run)
     chosen = [*by_searcher.values(), *repeatable]
@@ -333,11 +341,7 @@ def _repeat(
                 "code has changed: choose another folder with --out, or throw all runs there away "
                 "with --force"
             )
-    return len(sample)
-
-
-def _is_repeatable(run: Run) -> bool:
-    return getattr(run.searcher.budget, "cpu_seconds", None) is None
+    outcome.repeated = len(sample)
 
 
 def _do(

@@ -142,7 +142,8 @@ def _landscape(problem: Problem) -> NDArray[np.float64] | None:
     """Return the fitness of every design of a lattice that is known as a whole, else None."""
     if problem.shape != Lattice():
         return None
-    return np.nan_to_num(np.asarray(landscape(problem.values)["fitness"]))
+    fitness: NDArray[np.float64] = landscape(problem.values)["fitness"]
+    return np.nan_to_num(fitness)
 
 
 def _level(level: float | None) -> float | None:

@@ -267,6 +267,11 @@ class Run:
     seed: int = 0
     entropy: int = 0
 
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether it gives the same bits each time: not where its budget is in CPU seconds."""
+        return self.searcher.budget.cpu_seconds is None
+
     def names(self) -> dict[str, Any]:
         """Return the names by which reports, and the random streams, tell it from others."""
         return {
