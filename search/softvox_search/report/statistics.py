@@ -21,10 +21,7 @@ _SEED = 2021
 
 
 def fixed_generator() -> np.random.Generator:
-    """Return a generator in the state that every band of the report starts from.
-
-    Each band gets its own, so that it doesn't depend on which others the report has.
-    """
+    """Return a generator in the state from which every band starts, whichever others there are."""
     return np.random.default_rng(_SEED)
 
 
@@ -121,7 +118,7 @@ def band(
     return low.reshape(table.shape[1:]), high.reshape(table.shape[1:])
 
 
-def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
+def expected_running_time(used: ArrayLike, succeeded: ArrayLike) -> Array:
     """Return the evaluations of all runs together per run that reached the target.
 
     It estimates how many evaluations it takes to reach a target when runs that end without it are
@@ -131,7 +128,7 @@ def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
     ----------
     used : ndarray, shape (..., n)
         Evaluations of each run until it reached the target, or all that it used.
-    is_hit : ndarray of bool, shape (..., n)
+    succeeded : ndarray of bool, shape (..., n)
         Whether it reached the target.
 
     Returns
@@ -145,9 +142,32 @@ def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
     algorithm, CEC 2005.
     """
     total = np.asarray(used, dtype=np.float64).sum(axis=-1)
-    hits = np.asarray(is_hit, dtype=np.float64).sum(axis=-1)
+    successes = np.asarray(succeeded, dtype=np.float64).sum(axis=-1)
     never = np.full(np.shape(total), np.inf)
-    return np.asarray(np.divide(total, hits, out=never, where=hits > 0))
+    return np.asarray(np.divide(total, successes, out=never, where=successes > 0))
+
+
+def running_time_band(
+    used: ArrayLike, succeeded: ArrayLike, *, strata: ArrayLike
+) -> tuple[float, float]:
+    """Return the percentile band of the expected running time by the bootstrap of `band`.
+
+    Parameters
+    ----------
+    used, succeeded : ndarray, shape (n,)
+        As in `expected_running_time`.
+    strata : array_like, shape (n,)
+        The problem of each run.
+    """
+    labels = np.asarray(strata)
+    if len(labels) == len(np.unique(labels)):
+        return np.nan, np.nan
+    drawn = resampled(labels, rng=fixed_generator(), resamples=RESAMPLES)
+    made = expected_running_time(np.asarray(used)[drawn], np.asarray(succeeded)[drawn])
+    tail = (1 - CONFIDENCE) / 2
+    # No interpolation: between a number and infinity there is nothing.
+    low, high = np.quantile(made, [tail, 1 - tail], method="inverted_cdf")
+    return float(low), float(high)
 
 
 class Comparison(NamedTuple):

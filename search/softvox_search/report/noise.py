@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_search.report.cells import Cell
-from softvox_search.report.frames import groups
+from softvox_search.report.curves import PROBLEM, groups
 from softvox_search.report.statistics import band, compare, fixed_generator, holm, iqm, mean
 from softvox_search.report.truth import Truth, truth_at
 
@@ -20,47 +19,53 @@ NAIVE = "naive"
 MEASURES = ("true_regret", "optimism")
 
 
-def recommendations(cells: list[Cell]) -> tuple[pd.DataFrame, list[str]]:
-    """Return the recommendation of every run held against the truth at its level of noise.
+def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> tuple[pd.DataFrame, list[str]]:
+    """Return the recommendation of every run held against the truth of its problem.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        Finished runs, as `curves.finished` returns them.
+    problems : iterable of Problem
+        Of which the labels and the values of the physics are used.
 
     Returns
     -------
     frame : DataFrame
-        One row per run: level, policy, searcher, run, recommended; believed, what the searcher
-        believes the design to be worth; true_value, its mean fitness at that level; true_regret,
-        how far that is below the largest true value of all designs; optimism, believed less
-        true_value. All in voxel widths; empty where the truth was not measured.
+        One row per run: physics, shape, level, policy, searcher, run, recommended; believed, what
+        the searcher believes the design to be worth; true_value, its mean fitness at that level;
+        true_regret, how far that is below the largest true value of all designs; optimism,
+        believed less true_value. All in voxel widths; empty where the truth was not measured.
     notes : list of str
-        A line for each level: which design is best there, or that nothing is known.
+        A line for each problem: which design is best there, or that nothing is known.
     """
-    parts, notes = [], {}
-    for cell in cells:
-        truth = truth_at(cell.level)
-        notes[cell.level] = _note(cell.level, truth)
-        value = truth.value[cell.recommended]
+    values = {problem.physics: problem.values for problem in problems}
+    columns = [*PROBLEM, "policy", "searcher", "run", "recommended", "believed"]
+    parts, notes = [], []
+    for (physics, shape, level), group in groups(runs, *PROBLEM):
+        truth = truth_at(level, values[physics], [int(side) for side in shape.split("x")])
+        where = [] if runs["physics"].nunique() == 1 else [f"physics {physics}"]
+        where += [] if runs["shape"].nunique() == 1 else [f"lattice {shape}"]
+        notes.append(_note(", ".join([*where, f"level {level:g}"]), truth))
+        value = np.full(len(group), np.nan)
+        if len(truth.value):
+            value = truth.value[group["recommended"].to_numpy(np.int64)]
         parts.append(
-            pd.DataFrame(
-                {
-                    "level": cell.level,
-                    "policy": cell.policy,
-                    "searcher": cell.searcher,
-                    "run": cell.run,
-                    "recommended": cell.recommended,
-                    "believed": cell.believed,
-                    "true_value": value,
-                    "true_regret": truth.optimum - value,
-                    "optimism": cell.believed - value,
-                }
+            group[columns].assign(
+                true_value=value,
+                true_regret=truth.optimum - value,
+                optimism=group["believed"] - value,
             )
         )
-    return pd.concat(parts, ignore_index=True), list(notes.values())
+    return pd.concat(parts, ignore_index=True), notes
 
 
-def _note(level: float, truth: Truth) -> str:
+def _note(where: str, truth: Truth) -> str:
+    where = where[0].upper() + where[1:]
     if truth.note:
-        return f"Level {level:g}: no true values ({truth.note})."
+        return f"{where}: no true values ({truth.note})."
     exactly = f" ± {truth.error:.4f} (standard error)" if truth.error else " (exact)"
-    return f"Level {level:g}: the best is design {truth.best}, {truth.optimum:.4f}{exactly}."
+    return f"{where}: the best is design {truth.best}, {truth.optimum:.4f}{exactly}."
 
 
 def reference_policy(policies: Iterable[str]) -> str:
@@ -70,42 +75,41 @@ def reference_policy(policies: Iterable[str]) -> str:
 
 
 def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return true regret and optimism for every level, policy and searcher.
+    """Return true regret and optimism for every problem, policy and searcher.
 
     One row each: runs; known, those whose recommended design has a true value (the others are left
     out of what follows); then for each measure the interquartile mean over runs (true regret) or
     the mean (optimism: a bias) with low and high, its bootstrap band; and the mean true regret, to
     which the few bad runs contribute. In voxel widths.
     """
-    rows = []
-    for (level, policy, searcher), group in groups(frame, "level", "policy", "searcher"):
-        names = {"level": level, "policy": policy, "searcher": searcher}
-        rows.append({**names, **_summary(group)})
-    return pd.DataFrame(rows)
+    axes = (*PROBLEM, "policy", "searcher")
+    return pd.DataFrame(
+        {**dict(zip(axes, key, strict=True)), **_summary(group)}
+        for key, group in groups(frame, *axes)
+    )
 
 
 def by_policy(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return true regret and optimism for every level and policy, over all searchers.
+    """Return true regret and optimism for every problem and policy, over all searchers.
 
     As `by_searcher`, with the searchers as strata of the bootstrap; and each policy compared with
-    the naive one at its level: p (Mann and Whitney, two-sided), p_holm, adjusted for all policies
-    of that level, and a12, the chance that a run under this policy has the larger true regret (or
+    the naive one on its problem: p (Mann and Whitney, two-sided), p_holm, adjusted for all policies
+    of that problem, and a12, the chance that a run under this policy has the larger true regret (or
     optimism) than one under the naive policy: below 0.5 the policy helps.
     """
     naive = reference_policy(frame["policy"])
     parts = []
-    for (level,), here in groups(frame, "level"):
-        rows = []
-        for (policy,), group in groups(here, "policy"):
-            against = here[here["policy"] == naive]
-            rows.append(
-                {
-                    "level": level,
-                    "policy": policy,
-                    **_summary(group),
-                    **({} if policy == naive else _against(group, against)),
-                }
-            )
+    for key, here in groups(frame, *PROBLEM):
+        against = here[here["policy"] == naive]
+        rows = [
+            {
+                **dict(zip(PROBLEM, key, strict=True)),
+                "policy": policy,
+                **_summary(group),
+                **({} if policy == naive else _against(group, against)),
+            }
+            for (policy,), group in groups(here, "policy")
+        ]
         parts.append(_adjusted(pd.DataFrame(rows)))
     return pd.concat(parts, ignore_index=True)
 
@@ -141,7 +145,7 @@ def _known(values: pd.Series[float]) -> NDArray[np.float64]:
 
 
 def _adjusted(frame: pd.DataFrame) -> pd.DataFrame:
-    """Add p_holm for each measure, over the policies of a level."""
+    """Add p_holm for each measure, over the policies of a problem."""
     for measure in MEASURES:
         for name in (f"{measure}_p", f"{measure}_a12"):
             if name not in frame:
