@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 #: What makes a problem, and what runs are sorted by.
-PROBLEM = ("physics", "shape", "level")
-AXES = (*PROBLEM, "policy", "searcher")
+PROBLEM = ["physics", "shape", "level"]
+AXES = [*PROBLEM, "policy", "searcher"]
 
 #: Unique evaluations at which searchers are compared.
 FIXED_BUDGETS = (50, 100, 200, 500, 1000, 6561)
@@ -43,7 +43,28 @@ class Curve(NamedTuple):
 
 def groups(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[Any, pd.DataFrame]]:
     """Go through the rows that agree in some columns, in order of appearance; NaN equals NaN."""
-    yield from frame.groupby(list(columns), dropna=False, sort=False)
+    grouped: Any = frame.groupby(list(columns), dropna=False, sort=False)
+    yield from grouped
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows, each a dict by column."""
+    rows: list[dict[Any, Any]] = frame.to_dict("records")
+    return rows
+
+
+def first(frame: pd.DataFrame, column: str) -> Any:
+    """Return what the first row has in a column."""
+    return frame[column].iat[0]
+
+
+def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of a table that are about a problem."""
+    level = table["level"]
+    is_level = level.isna() if np.isnan(problem["level"]) else level == problem["level"]
+    is_physics, is_shape = (table[name] == problem[name] for name in ("physics", "shape"))
+    rows: pd.DataFrame = table[is_physics & is_shape & is_level]
+    return rows
 
 
 def improvements(at: NDArray[Any], fitness: Array) -> Curve:
@@ -66,59 +87,51 @@ def finished(results: Results) -> pd.DataFrame:
     Levels are in order; of all else what appears first comes first. Columns as in `Results.runs`,
     and:
 
-    ======= ===========================================================================
-    limit   unique evaluations that the run's budget allows
-    known   whether the optimum of its problem is known
-    goal    that optimum, or the best that any run of the problem found; voxel widths
-    raw     the run's Curve. Where the optimum is known by the noise-free fitness of the
-            landscape: under noise an improvement says that the searcher came past a
-            better design, not that it knew. Elsewhere by the values that it was told.
-    class   the same in class terms; None where the landscape is not known
-    ======= ===========================================================================
+    ========= =========================================================================
+    limit     unique evaluations that the run's budget allows
+    landscape exact fitness of all designs by terms; None where it is not known
+    goal      the optimum, or the best that any run of the problem found; voxel widths
+    raw       the run's Curve. Where the landscape is known by its noise-free fitness:
+              under noise an improvement says that the searcher came past a better
+              design, not that it knew. Elsewhere by the values that it was told.
+    class     the same in class terms; None where the landscape is not known
+    ========= =========================================================================
     """
-    runs = results.runs[results.runs["status"] == "ok"].copy()
-    runs = runs.sort_values(
-        [*AXES, "seed"], key=_order, kind="stable", na_position="first", ignore_index=True
+    runs: pd.DataFrame = results.runs[results.runs["status"] == "ok"].sort_values(
+        [*AXES, "seed"],
+        key=lambda column: (
+            column
+            if column.name in ("level", "seed")
+            else pd.Series(pd.factorize(column)[0], index=column.index)
+        ),
+        kind="stable",
+        na_position="first",
+        ignore_index=True,
     )
-    values = {problem.physics: problem.values for problem in results.problems}
-    runs["limit"] = [
-        limit_of(results.budgets[searcher], used)
-        for searcher, used in zip(runs["searcher"], runs["unique"], strict=True)
-    ]
-    runs["known"] = runs["shape"] == shape_name(SHAPE)
-    curves: dict[str, list[Curve | None]] = {terms: [] for terms in TERMS}
-    for run, physics, known in zip(runs["run"], runs["physics"], runs["known"], strict=True):
-        log = results.evaluations(run)
-        for terms, column in curves.items():
-            if known:
-                fitness = exact_fitness(terms, values[physics])[log["design"].astype(np.intp)]
-                column.append(improvements(log["unique_sequence"], fitness))
-            elif terms == "raw":
-                column.append(improvements(log["unique_sequence"], log["fitness"]))
-            else:
-                column.append(None)
-    for terms, column in curves.items():
-        runs[terms] = pd.Series(column, dtype=object)
-    runs["goal"] = _goals(runs, values)
+    known = {
+        problem.physics: {terms: exact_fitness(terms, problem.values) for terms in TERMS}
+        for problem in results.problems
+        if tuple(problem.shape) == SHAPE
+    }
+    columns: dict[str, list[Any]] = {"limit": [], "landscape": [], **{t: [] for t in TERMS}}
+    for row in records(runs):
+        log = results.evaluations(row["run"])
+        landscape = known[row["physics"]] if row["shape"] == shape_name(SHAPE) else None
+        columns["limit"].append(_limit(results.budgets[row["searcher"]], row["unique"]))
+        columns["landscape"].append(landscape)
+        for terms in TERMS:
+            fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else None
+            if not landscape and terms == "raw":
+                fitness = log["fitness"]
+            curve = None if fitness is None else improvements(log["unique_sequence"], fitness)
+            columns[terms].append(curve)
+    for name, values in columns.items():
+        runs[name] = pd.Series(values, dtype=np.int64 if name == "limit" else object)
+    for _, group in groups(runs, *PROBLEM):
+        ends = [curve.fitness[-1] for curve in group["raw"] if len(curve.at)]
+        exact = first(group, "landscape")
+        runs.loc[group.index, "goal"] = exact["raw"].max() if exact else max(ends, default=0.0)
     return runs
-
-
-def _order(column: pd.Series[Any]) -> pd.Series[Any]:
-    """Return numbers as they are, and for all else when it first appears."""
-    if column.name in ("level", "seed"):
-        return column
-    return pd.Series(pd.factorize(column)[0], index=column.index)
-
-
-def _goals(runs: pd.DataFrame, values: Mapping[str, Any]) -> Array:
-    goals = np.zeros(len(runs))
-    for (physics, *_), group in groups(runs, *PROBLEM):
-        if group["known"].iat[0]:
-            goal = exact_fitness("raw", values[physics]).max()
-        else:
-            goal = max((curve.fitness[-1] for curve in group["raw"] if len(curve.at)), default=0.0)
-        goals[group.index] = goal
-    return goals
 
 
 def shape_name(shape: Iterable[int]) -> str:
@@ -126,7 +139,7 @@ def shape_name(shape: Iterable[int]) -> str:
     return "x".join(map(str, shape))
 
 
-def limit_of(budget: Any, used: int) -> int:
+def _limit(budget: Any, used: int) -> int:
     """Return the unique evaluations that a budget allows; those used, if it states none."""
     stated = [n for n in (budget.unique, budget.evaluations) if n is not None]
     return int(min(stated, default=used))
@@ -157,13 +170,11 @@ def first_at(curves: Iterable[Curve], targets: Iterable[float]) -> Array:
     -------
     ndarray, shape (n,)
     """
-    at = [
-        float(curve.at[i])
-        if (i := int(np.searchsorted(curve.fitness, target))) < len(curve.at)
-        else np.inf
+    places = [
+        np.append(curve.at, np.inf)[np.searchsorted(curve.fitness, target)]
         for curve, target in zip(curves, targets, strict=True)
     ]
-    return np.array(at, dtype=np.float64)
+    return np.array(places, dtype=np.float64)
 
 
 def positions(length: int) -> NDArray[np.int64]:
@@ -171,9 +182,9 @@ def positions(length: int) -> NDArray[np.int64]:
     return np.unique(np.rint(np.geomspace(1, max(length, 1), POSITIONS))).astype(np.int64)
 
 
-def budgets(length: int) -> list[int]:
+def budgets(length: int) -> NDArray[np.int64]:
     """Return the fixed budgets within a length, and the length itself."""
-    return sorted({budget for budget in FIXED_BUDGETS if budget <= length} | {length})
+    return np.array(sorted({budget for budget in FIXED_BUDGETS if budget <= length} | {length}))
 
 
 def targets(goal: float) -> Array:

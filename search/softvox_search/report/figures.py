@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from softvox_search.report import style
-from softvox_search.report.curves import PROBLEM, groups
+from softvox_search.report.curves import PROBLEM, groups, on, records
 from softvox_search.report.noise import MEASURES
-from softvox_search.report.style import Axes, Figure, Line2D, line, scaled
+from softvox_search.report.style import line, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 #: The searcher that every panel shows for comparison, where the experiment has it.
 BASELINE = "random"
@@ -21,15 +26,16 @@ _OWN, _BASE = "#00436B", "#C75B00"
 #: Between two sampled places a curve keeps its value: a best value jumps, it does not glide.
 _STEPS = "steps-post"
 
-#: What runs are judged by, on the axis and in a title; and both measures under noise.
-_NAMES = {
-    "regret": ("regret", "Regret"),
-    "best": ("best fitness", "Best fitness"),
-    "true_regret": ("true regret, voxel widths", "True regret by level of noise (IQM)"),
-    "optimism": (
-        "optimism: believed less true, voxel widths",
-        "Optimism by level of noise (mean)",
-    ),
+#: What is drawn, on an axis; and the titles of both measures under noise.
+_AXIS = {
+    "regret": "regret",
+    "best": "best fitness",
+    "true_regret": "true regret, voxel widths",
+    "optimism": "optimism: believed less true, voxel widths",
+}
+_TITLES = {
+    "true_regret": "True regret by level of noise (IQM)",
+    "optimism": "Optimism by level of noise (mean)",
 }
 
 
@@ -49,75 +55,51 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
     made: dict[str, Figure] = {}
     if "problems" not in tables:
         return made
-    for (name, policy), problem in groups(tables["problems"], "name", "policy"):
+    problems = tables["problems"]
+    for problem in records(problems):
         runs, curves, budgets = (
-            problem[list(PROBLEM)].merge(tables[table], on=list(PROBLEM))
-            for table in ("runs", "anytime", "fixed_budget")
+            on(problem, tables[table]) for table in ("runs", "anytime", "fixed_budget")
         )
-        runs = runs[(runs["policy"] == policy) & (runs["runs"] > 0)]
+        runs = runs[(runs["policy"] == problem["policy"]) & (runs["runs"] > 0)]
         ends = dict(zip(runs["searcher"], runs["unique"], strict=True))
-        at = where(tables["problems"], problem, policy)
-        measure = curves["measure"].iat[0]
+        policy = [f"policy {problem['policy']}"] if problem["policy"] else []
+        at = "".join(f", {part}" for part in where(problems, problem) + policy)
+        what = "Regret" if problem["known"] else "Best fitness"
         for terms in dict.fromkeys(curves["terms"]):
-            here, in_terms = curves[curves["terms"] == terms], f"in {terms} terms{at}"
-            made[f"anytime_{terms}{name}"] = anytime(
-                here, title=f"{_NAMES[measure][1]} {in_terms}", ends=ends
-            )
-            made[f"ecdf_{terms}{name}"] = ecdf(here, title=f"Targets reached {in_terms}", ends=ends)
-        made[f"fixed_budget{name}"] = fixed_budget(
-            budgets, title=f"{_NAMES[measure][1]} at fixed budgets{at}"
-        )
-    for (shape, level, policy, terms), here in groups(
-        tables.get("all_ecdf", _NO_GROUPS), "shape", "level", "policy", "terms"
-    ):
-        file = all_name(tables["problems"], shape, level)
-        at = where(tables["problems"], here, policy)
-        n = here["problems"].iat[0]
-        made[f"all_ecdf_{terms}{file}"] = ecdf(
-            here, title=f"Targets reached on {n} problems in {terms} terms{at}", ends={}
-        )
-    return made | _noise(tables)
-
-
-_NO_GROUPS = pd.DataFrame(columns=["shape", "level", "policy", "terms"])
-
-
-def where(problems: pd.DataFrame, here: pd.DataFrame, policy: str) -> str:
-    """Return in words of which of several problems rows are, and under which policy."""
-    row = here.iloc[0]
-    parts = [
-        f"{name} {row[column]}"
-        for column, name in (("physics", "physics"), ("shape", "lattice"))
-        if column in row and problems[column].nunique() > 1
-    ]
-    parts += [] if np.isnan(row["level"]) else [f"noise level {row['level']:g}"]
-    parts += [f"policy {policy}"] if policy else []
-    return "".join(f", {part}" for part in parts)
-
-
-def all_name(problems: pd.DataFrame, shape: str, level: float) -> str:
-    """Return how the names of files end that are about all physics of a lattice and level."""
-    end = f"_{shape}" if problems["shape"].nunique() > 1 else ""
-    return end + ("" if np.isnan(level) else f"_level_{level:g}")
-
-
-def _noise(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
-    """Draw what the searchers recommend, a figure for every physics and lattice with truths."""
-    made: dict[str, Figure] = {}
+            here = curves[curves["terms"] == terms]
+            if len(budgets):
+                title = f"{what} in {terms} terms{at}"
+                made[f"anytime_{terms}{problem['name']}"] = anytime(here, title=title, ends=ends)
+            title = f"Targets reached in {terms} terms{at}"
+            made[f"ecdf_{terms}{problem['name']}"] = ecdf(here, title=title, ends=ends)
+        if len(budgets):
+            title = f"{what} at fixed budgets{at}"
+            made[f"fixed_budget{problem['name']}"] = fixed_budget(budgets, title=title)
     if "noise_policies" not in tables:
         return made
-    for (physics, shape), problems in groups(tables["problems"], "physics", "shape"):
+    for _, group in groups(problems, "physics", "shape"):
+        problem = records(group)[0]
         by_searcher, by_policy = (
-            table[(table["physics"] == physics) & (table["shape"] == shape) & (table["known"] > 0)]
+            pd.concat([on(each, table[table["known"] > 0]) for each in records(group)])
             for table in (tables["noise_searchers"], tables["noise_policies"])
         )
-        file = problems["name"].iat[0].rpartition("_level_")[0]
-        at = where(tables["problems"], problems.assign(level=np.nan), "")
+        at = "".join(f", {part}" for part in where(problems, problem)[:-1])
         for measure in MEASURES if len(by_policy) else ():
-            made[f"{measure}{file}"] = noise(
-                by_searcher, by_policy, measure, title=f"{_NAMES[measure][1]}{at}"
-            )
+            file = measure + problem["name"].rpartition("_level_")[0]
+            title = f"{_TITLES[measure]}{at}"
+            made[file] = noise(by_searcher, by_policy, measure, title=title)
     return made
+
+
+def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
+    """Return in words which of several problems one is."""
+    physics, shape, level = (problem[name] for name in PROBLEM)
+    parts = []
+    if "" in set(problems["physics"]):
+        parts.append(f"physics {physics}" if physics else "all physics")
+    if problems["shape"].nunique() > 1:
+        parts.append(f"lattice {shape}")
+    return parts + ([] if np.isnan(level) else [f"noise level {level:g}"])
 
 
 def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
@@ -132,7 +114,7 @@ def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figur
         By searcher: where the median of its runs ends.
     """
     made = _multiples(table, "iqm", title=title, ends=ends, is_banded=True)
-    made.supylabel(f"{_NAMES[table['measure'].iat[0]][0]}, voxel widths (IQM)")
+    made.supylabel(f"{_measure(table)}, voxel widths (IQM)")
     made.axes[0].set_ylim(0, _top(table))
     return made
 
@@ -143,6 +125,10 @@ def ecdf(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
     made.supylabel("share of runs and targets")
     made.axes[0].set_ylim(0, 1.02)
     return made
+
+
+def _measure(table: pd.DataFrame) -> str:
+    return _AXIS[str(table["measure"].iat[0])]
 
 
 def _top(table: pd.DataFrame) -> float:
@@ -241,8 +227,7 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
         axis.set_xlim(-_SIDE * _top(table), (1 + _SIDE) * _top(table))
     axes[0].set_yticks(range(len(names)), names)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
-    measure = _NAMES[table["measure"].iat[0]][0]
-    made.supxlabel(f"{measure} after so many unique evaluations, voxel widths (IQM)")
+    made.supxlabel(f"{_measure(table)} after so many unique evaluations, voxel widths (IQM)")
     handles = [
         line(f"{terms} terms", marker=marker, mfc=face, mec=edge, color=edge, lw=scaled(1.2))
         for terms, (marker, face, edge, _) in styles.items()
@@ -284,7 +269,7 @@ def noise(
     axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
     axes[0].set_xlim(-0.5, len(levels) - 0.5)
     made.supxlabel("level of noise")
-    made.supylabel(_NAMES[measure][0])
+    made.supylabel(_AXIS[measure])
     handles = [line(policy or "no policy", **_look(i)) for i, policy in enumerate(policies)]
     style.legend(made, title, handles)
     return made

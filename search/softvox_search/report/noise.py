@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from softvox_search.report.curves import PROBLEM, groups
-from softvox_search.report.statistics import band, compare, fixed_generator, holm, iqm, mean
+from softvox_search.report.curves import AXES, PROBLEM, groups
+from softvox_search.report.statistics import band, compare, holm, iqm, mean
 from softvox_search.report.truth import Truth, truth_at
 
 #: The policy that others are held against, where the experiment has it; else its first.
@@ -19,8 +18,13 @@ NAIVE = "naive"
 MEASURES = ("true_regret", "optimism")
 
 
-def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> tuple[pd.DataFrame, list[str]]:
+def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame:
     """Return the recommendation of every run held against the truth of its problem.
+
+    One row per run: physics, shape, level, policy, searcher, run, recommended; believed, what the
+    searcher believes the design to be worth; true_value, its mean fitness at that level;
+    true_regret, how far that is below the largest true value of all designs; optimism, believed
+    less true_value. All in voxel widths; empty where the truth was not measured.
 
     Parameters
     ----------
@@ -28,44 +32,38 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> tuple[pd.Dat
         Finished runs, as `curves.finished` returns them.
     problems : iterable of Problem
         Of which the labels and the values of the physics are used.
-
-    Returns
-    -------
-    frame : DataFrame
-        One row per run: physics, shape, level, policy, searcher, run, recommended; believed, what
-        the searcher believes the design to be worth; true_value, its mean fitness at that level;
-        true_regret, how far that is below the largest true value of all designs; optimism,
-        believed less true_value. All in voxel widths; empty where the truth was not measured.
-    notes : list of str
-        A line for each problem: which design is best there, or that nothing is known.
     """
-    values = {problem.physics: problem.values for problem in problems}
-    columns = [*PROBLEM, "policy", "searcher", "run", "recommended", "believed"]
-    parts, notes = [], []
-    for (physics, shape, level), group in groups(runs, *PROBLEM):
-        truth = truth_at(level, values[physics], [int(side) for side in shape.split("x")])
-        where = [] if runs["physics"].nunique() == 1 else [f"physics {physics}"]
-        where += [] if runs["shape"].nunique() == 1 else [f"lattice {shape}"]
-        notes.append(_note(", ".join([*where, f"level {level:g}"]), truth))
+    parts = []
+    for key, group in groups(runs, *PROBLEM):
+        truth = _truth(dict(zip(PROBLEM, key, strict=True)), problems)
         value = np.full(len(group), np.nan)
-        if len(truth.value):
+        if not truth.note:
             value = truth.value[group["recommended"].to_numpy(np.int64)]
         parts.append(
-            group[columns].assign(
+            group[[*AXES, "run", "recommended", "believed"]].assign(
                 true_value=value,
                 true_regret=truth.optimum - value,
                 optimism=group["believed"] - value,
             )
         )
-    return pd.concat(parts, ignore_index=True), notes
+    return pd.concat(parts, ignore_index=True)
 
 
-def _note(where: str, truth: Truth) -> str:
-    where = where[0].upper() + where[1:]
+def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> str:
+    """Return which design is best in a problem with noise, or why nothing is known, in words."""
+    if np.isnan(problem["level"]):
+        return ""
+    truth = _truth(problem, problems)
     if truth.note:
-        return f"{where}: no true values ({truth.note})."
+        return f"no true values ({truth.note})"
     exactly = f" ± {truth.error:.4f} (standard error)" if truth.error else " (exact)"
-    return f"{where}: the best is design {truth.best}, {truth.optimum:.4f}{exactly}."
+    return f"the best is design {truth.best}, {truth.optimum:.4f}{exactly}"
+
+
+def _truth(problem: Mapping[str, Any], problems: Iterable[Any]) -> Truth:
+    values = next(known.values for known in problems if known.physics == problem["physics"])
+    shape = [int(side) for side in problem["shape"].split("x")]
+    return truth_at(problem["level"], values, shape)
 
 
 def reference_policy(policies: Iterable[str]) -> str:
@@ -82,10 +80,9 @@ def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
     the mean (optimism: a bias) with low and high, its bootstrap band; and the mean true regret, to
     which the few bad runs contribute. In voxel widths.
     """
-    axes = (*PROBLEM, "policy", "searcher")
     return pd.DataFrame(
-        {**dict(zip(axes, key, strict=True)), **_summary(group)}
-        for key, group in groups(frame, *axes)
+        {**dict(zip(AXES, key, strict=True)), **_summary(group)}
+        for key, group in groups(frame, *AXES)
     )
 
 
@@ -106,26 +103,28 @@ def by_policy(frame: pd.DataFrame) -> pd.DataFrame:
                 **dict(zip(PROBLEM, key, strict=True)),
                 "policy": policy,
                 **_summary(group),
-                **({} if policy == naive else _against(group, against)),
+                **_against(group, against[:0] if policy == naive else against),
             }
             for (policy,), group in groups(here, "policy")
         ]
-        parts.append(_adjusted(pd.DataFrame(rows)))
+        table = pd.DataFrame(rows)
+        for measure in MEASURES:
+            p = table[f"{measure}_p"].dropna()
+            table[f"{measure}_p_holm"] = pd.Series(holm(p), index=p.index)
+        parts.append(table)
     return pd.concat(parts, ignore_index=True)
 
 
 def _summary(group: pd.DataFrame) -> dict[str, Any]:
-    row: dict[str, Any] = {"runs": len(group), "known": int(group["true_value"].notna().sum())}
+    known = group[group["true_value"].notna()]
+    row: dict[str, Any] = {"runs": len(group), "known": len(known)}
     for measure, statistic in zip(MEASURES, (iqm, mean), strict=True):
-        known = group[group[measure].notna()]
-        values = known[measure].to_numpy()
-        centre, low, high = np.full(3, np.nan)
-        if len(values):
-            centre = statistic(values)
-            strata = known["searcher"].to_numpy(str)
-            low, high = band(values, rng=fixed_generator(), statistic=statistic, strata=strata)
-        for name, value in (("", centre), ("_low", low), ("_high", high)):
-            row[f"{measure}{name}"] = float(value)
+        found: Any = np.full(3, np.nan)
+        if len(known):
+            values, strata = known[measure].to_numpy(), known["searcher"].to_numpy(str)
+            found = statistic(values), *band(values, statistic=statistic, strata=strata)
+        for end, value in zip(("", "_low", "_high"), found, strict=True):
+            row[f"{measure}{end}"] = float(value)
     row["true_regret_mean"] = float(group["true_regret"].mean())
     return row
 
@@ -133,25 +132,8 @@ def _summary(group: pd.DataFrame) -> dict[str, Any]:
 def _against(group: pd.DataFrame, naive: pd.DataFrame) -> dict[str, float]:
     row: dict[str, float] = {}
     for measure in MEASURES:
-        ours, theirs = _known(group[measure]), _known(naive[measure])
-        if len(ours) and len(theirs):
-            found = compare(ours, theirs)
-            row |= {f"{measure}_p": found.p, f"{measure}_a12": found.a12}
+        ours, theirs = group[measure].dropna(), naive[measure].dropna()
+        found = compare(ours, theirs) if len(ours) and len(theirs) else None
+        row[f"{measure}_p"] = found.p if found else np.nan
+        row[f"{measure}_a12"] = found.a12 if found else np.nan
     return row
-
-
-def _known(values: pd.Series[float]) -> NDArray[np.float64]:
-    return np.asarray(values.dropna(), dtype=np.float64)
-
-
-def _adjusted(frame: pd.DataFrame) -> pd.DataFrame:
-    """Add p_holm for each measure, over the policies of a problem."""
-    for measure in MEASURES:
-        for name in (f"{measure}_p", f"{measure}_a12"):
-            if name not in frame:
-                frame[name] = np.nan
-        p = frame[f"{measure}_p"].to_numpy(np.float64)
-        adjusted = np.full(len(p), np.nan)
-        adjusted[~np.isnan(p)] = holm(p[~np.isnan(p)])
-        frame[f"{measure}_p_holm"] = adjusted
-    return frame

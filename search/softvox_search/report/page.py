@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from softvox_gym.files import write_file, write_folder
 from softvox_search.report import figures, style, tables, text
-from softvox_search.report.curves import PROBLEM, TARGETS, groups, targets
+from softvox_search.report.curves import TARGETS, groups, on, records, targets
 from softvox_search.report.noise import MEASURES, reference_policy
 from softvox_search.report.statistics import RESAMPLES
 from softvox_search.report.text import HELD, escaped
-from softvox_search.report.truth import exact_fitness
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
@@ -32,13 +30,13 @@ MOST_LINES, MOST_FAILED = 40, 20
 
 def write_report(folder: Path, results: Results) -> list[str]:
     """Write a report; see `softvox_search.report.write`."""
-    made, notes = tables.make(results)
+    made = tables.make(results)
     with style.style():
         pictures = {
             f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
         }
     files = {f"{name}.csv": text.csv(table) for name, table in made.items()}
-    page = _report(results, made, notes, list(pictures), files)
+    page = _report(results, made, list(pictures), files)
     for name, contents in (("tables", files), ("figures", pictures)):
         if contents:
             write_folder(folder / name, contents, force=True)
@@ -47,22 +45,18 @@ def write_report(folder: Path, results: Results) -> list[str]:
     return [*names, "report.md"]
 
 
-def _report(
-    results: Results, made: Tables, notes: list[str], pictures: list[str], files: dict[str, bytes]
-) -> str:
+def _report(results: Results, made: Tables, pictures: list[str], files: dict[str, bytes]) -> str:
     """Return the page; Markdown tables too long for it are added to the files."""
     blocks = [*_head(results), "## Runs", _shown("runs", text.overview(made["runs"]), files)]
     if "problems" in made:
         problems = made["problems"]
-        several = len(problems[["physics", "shape"]].drop_duplicates()) > 1
-        if several or not problems["known"].all():
+        if problems["goal"].nunique() > 1 or not problems["known"].all():
             blocks += ["## Problems", _shown("problems", text.problems(problems), files)]
         blocks += _definitions(results, problems)
         if "noise_policies" in made:
-            blocks += _noise(made, notes, pictures, files)
-        blocks += _all_physics(made, pictures)
-        for _, problem in groups(problems, "name"):
-            blocks += _comparison(results, made, problem, pictures, files)
+            blocks += _noise(made, pictures, files)
+        for problem in records(problems):
+            blocks += _comparison(made, problem, pictures, files)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
@@ -83,9 +77,9 @@ def _head(results: Results) -> list[str]:
     runs = results.runs
     failed = runs[runs["status"] == "failed"]
     budgets: dict[str, str] = {name: _budget(own) for name, own in results.budgets.items()}
-    (common, _), *others = Counter(budgets.values()).most_common()
+    common, *others = [budget for budget, _ in Counter(budgets.values()).most_common()]
     lines = [f"{len(runs) - len(failed)} finished runs, {common} each."]
-    for other, _ in others:
+    for other in others:
         names = ", ".join(escaped(name) for name, own in budgets.items() if own == other)
         lines.append(f"Except {names}: {other} each.")
     if len(failed):
@@ -107,9 +101,7 @@ def _budget(budget: Any) -> str:
         "cpu_seconds": "CPU seconds",
     }
     parts = [
-        f"at most {getattr(budget, name):g} {what}"
-        if name == "cpu_seconds"
-        else f"at most {getattr(budget, name)} {what}"
+        f"at most {getattr(budget, name)} {what}"
         for name, what in names.items()
         if getattr(budget, name, None) is not None
     ]
@@ -152,91 +144,88 @@ def _definitions(results: Results, problems: pd.DataFrame) -> list[str]:
 
 
 def _comparison(
-    results: Results,
-    made: Tables,
-    problem: pd.DataFrame,
-    pictures: list[str],
-    files: dict[str, bytes],
+    made: Tables, problem: dict[str, Any], pictures: list[str], files: dict[str, bytes]
 ) -> list[str]:
-    """Return the searchers compared on one problem."""
-    name, known = problem["name"].iat[0], bool(problem["known"].iat[0])
-    axes = list(PROBLEM)
+    """Return the searchers compared on one problem, or on all physics together."""
+    name, physics = problem["name"], problem["physics"]
     budget, target, pairs = (
-        problem[axes].merge(made.get(table, made["problems"][:0]), on=axes)
+        on(problem, made.get(table, made["problems"][:0]))
         for table in ("fixed_budget", "fixed_target", "pairs")
     )
-    terms = list(dict.fromkeys(budget["terms"]))
-    title = figures.where(made["problems"], problem, "").removeprefix(", ")
+    terms = list(dict.fromkeys(target["terms"]))
+    title = escaped(", ".join(figures.where(made["problems"], problem)))
     mark = "###" if title else "##"
-    blocks = [f"## {title[0].upper()}{escaped(title[1:])}"] if title else []
-    what, better = ("Regret", "Lower") if known else ("Best fitness", "Higher")
+    blocks = [f"## {title[0].upper()}{title[1:]}"] if title else []
+    what, better = ("Regret", "Lower") if problem["known"] else ("Best fitness", "Higher")
+    if physics:
+        blocks += [
+            f"{mark} {what} over time",
+            f"{better} is better, earlier is better. In each panel the searcher named above it "
+            "with its band; the others in grey. A cross marks where the median run ended; from "
+            "there on, dotted, runs that ended keep their value.",
+            *_pictures([f"anytime_{kind}{name}" for kind in terms], pictures),
+        ]
+    else:
+        blocks.append(
+            "The runs on all physics pooled, each target relative to the best fitness of its own "
+            "problem. A searcher that lacks finished runs on any of them is left out."
+        )
     blocks += [
-        f"{mark} {what} over time",
-        f"{better} is better, earlier is better. In each panel the searcher named above it with "
-        "its band; the others in grey. A cross marks where the median run ended; from there on, "
-        "dotted, runs that ended keep their value.",
-        *_pictures([f"anytime_{kind}{name}" for kind in terms], pictures),
         f"{mark} Targets reached",
-        _targets(results, problem),
+        _targets(problem),
         *_pictures([f"ecdf_{kind}{name}" for kind in terms], pictures),
-        f"{mark} Fixed budgets",
-        f"IQM of the {what.lower()} after so many unique evaluations, with its band. "
-        f"{HELD} with a share: only that share of the runs used so many; the others keep their "
-        "last value. Empty: the searcher's own budget is smaller.",
-        *_pictures([f"fixed_budget{name}"], pictures),
     ]
-    for kind in terms:
-        table = text.fixed_budget(budget[budget["terms"] == kind])
-        blocks += [f"In {kind} terms:", table]
+    if physics:
+        blocks += [
+            f"{mark} Fixed budgets",
+            f"IQM of the {what.lower()} after so many unique evaluations, with its band. "
+            f"{HELD} with a share: only that share of the runs used so many; the others keep their "
+            "last value. Empty: the searcher's own budget is smaller.",
+            *_pictures([f"fixed_budget{name}"], pictures),
+        ]
+        for kind in terms:
+            table = text.fixed_budget(budget[budget["terms"] == kind])
+            blocks += [f"In {kind} terms:", table]
     blocks += [
         f"{mark} Fixed targets",
-        f"{_ERT} {_target_sizes(results, problem)}",
+        "Expected running time: the unique evaluations of all runs together, each counted until it "
+        "reached the share of the best fitness or ended, per run that reached it; in parentheses "
+        f"the share of runs that did. ∞: none did.{_target_sizes(target)}",
         text.fixed_target(target),
     ]
     return blocks + (_pairs(pairs, name, mark, files) if len(pairs) else [])
 
 
-_ERT = (
-    "Expected running time: the unique evaluations of all runs together, each counted until it "
-    "reached the share of the best fitness or ended, per run that reached it; in parentheses the "
-    "share of runs that did. ∞: none did."
-)
-
-
-def _fitness(results: Results, problem: pd.DataFrame) -> dict[str, Any]:
-    """Return the exact fitness of all designs by terms."""
-    physics = problem["physics"].iat[0]
-    values = next(known.values for known in results.problems if known.physics == physics)
-    return {terms: exact_fitness(terms, values) for terms in ("raw", "class")}
-
-
-def _targets(results: Results, problem: pd.DataFrame) -> str:
-    goal = problem["goal"].iat[0]
-    steps = targets(goal)
+def _targets(problem: dict[str, Any]) -> str:
     line = (
         f"Of all pairs of a run and one of {TARGETS} targets, the share reached so far; higher is "
-        f"better. The targets are log-spaced from {goal:.2f} (standing still) to {steps[-1]:.2g} "
-        "voxel widths below "
+        "better."
     )
-    if not problem["known"].iat[0]:
-        return f"{line}the best that any run found."
-    fitness = _fitness(results, problem)
-    met = np.array([np.sum(goal - own[:, np.newaxis] <= steps, axis=0) for own in fitness.values()])
-    hard = int(np.sum(met.max(axis=0) <= 4))
-    finest = "the optimum alone" if met[0, -1] == 1 else f"{met[0, -1]} designs"
-    return f"{line}the best (met by {finest}); {hard} of them are met by no more than four designs."
+    if not problem["physics"]:
+        return line
+    goal, finest = problem["goal"], problem["finest"]
+    line = (
+        f"{line} The targets are log-spaced from {goal:.2f} (standing still) to "
+        f"{targets(goal)[-1]:.2g} voxel widths below the best"
+    )
+    if not problem["known"]:
+        return f"{line} that any run found."
+    met = "the optimum alone" if finest == 1 else f"{finest:.0f} designs"
+    hard = f"{problem['hard']:.0f} of them are met by no more than four designs"
+    return f"{line} (met by {met}); {hard}."
 
 
-def _target_sizes(results: Results, problem: pd.DataFrame) -> str:
+def _target_sizes(table: pd.DataFrame) -> str:
     """Return a sentence with how many designs meet each target, where that is known."""
-    if not problem["known"].iat[0]:
-        return "The best fitness is the best that any run found."
-    fitness, goal = _fitness(results, problem), problem["goal"].iat[0]
+    if table["designs"].isna().any():
+        return ""
     parts = []
-    for share in tables.FIXED_TARGETS:
-        raw, shared = (int(np.sum(own >= share * goal)) for own in fitness.values())
-        parts.append(f"{raw} ({text.percent(share)}; {shared} in class terms)")
-    return f"So many of the {len(fitness['raw'])} designs meet the targets: {', '.join(parts)}."
+    for (share,), rows in groups(table, "target"):
+        counts = rows.groupby("terms")["designs"].first()
+        parts.append(
+            f"{counts['raw']:.0f} ({text.percent(share)}; {counts['class']:.0f} in class terms)"
+        )
+    return f" So many of all designs meet the targets: {', '.join(parts)}."
 
 
 def _pairs(table: pd.DataFrame, name: str, mark: str, files: dict[str, bytes]) -> list[str]:
@@ -264,30 +253,16 @@ def _pairs(table: pd.DataFrame, name: str, mark: str, files: dict[str, bytes]) -
     ]
 
 
-def _all_physics(made: Tables, pictures: list[str]) -> list[str]:
-    """Return the searchers compared over all physics of a lattice and level of noise."""
-    if "all_ecdf" not in made:
-        return []
-    blocks = [
-        "## All physics together",
-        "The runs on all physics of a lattice and level of noise pooled: the share of all pairs of "
-        "a run and a target that is reached so far, each target relative to the best fitness of "
-        "its own problem. A searcher that lacks finished runs on any of them is left out.",
+def _noise(made: Tables, pictures: list[str], files: dict[str, bytes]) -> list[str]:
+    policies, searchers, problems = (
+        made[name] for name in ("noise_policies", "noise_searchers", "problems")
+    )
+    ends = dict.fromkeys(name.rpartition("_level_")[0] for name in problems["name"])
+    notes = [
+        escaped(f"{', '.join(figures.where(problems, problem))}: {problem['truth']}.")
+        for problem in records(problems)
+        if problem["physics"]
     ]
-    for key, table in groups(made["all_fixed_target"], "shape", "level", "policy"):
-        title = figures.where(made["problems"], table, key[2]).removeprefix(", ")
-        end = figures.all_name(made["problems"], *key[:2])
-        blocks += [f"### {title[0].upper()}{escaped(title[1:])}"] if title else []
-        blocks += _pictures([f"all_ecdf_{terms}{end}" for terms in ("raw", "class")], pictures)
-        blocks += [_ERT, text.fixed_target(table)]
-    return blocks
-
-
-def _noise(
-    made: Tables, notes: list[str], pictures: list[str], files: dict[str, bytes]
-) -> list[str]:
-    policies, searchers = made["noise_policies"], made["noise_searchers"]
-    ends = dict.fromkeys(name.rpartition("_level_")[0] for name in made["problems"]["name"])
     blocks = [
         "## What is recommended",
         "*True value*: the mean fitness of a design at that level of noise, measured over many "
@@ -296,7 +271,7 @@ def _noise(
         "believes the recommended design to be worth less its true value (mean; 0 is honest, above "
         "it the searcher was fooled by luck). The bands are about the runs; that the true values "
         "have errors themselves is not in them.",
-        "\n".join(f"- {escaped(note)}" for note in notes),
+        "\n".join(f"- {note[0].upper()}{note[1:]}" for note in notes),
         *_pictures([f"{measure}{end}" for end in ends for measure in MEASURES], pictures),
         _policies(reference_policy(made["recommendations"]["policy"])),
         _shown("noise_policies", text.noise(policies), files),

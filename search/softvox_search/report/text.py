@@ -10,10 +10,22 @@ from typing import Any
 
 import pandas as pd
 
-from softvox_search.report.curves import groups
+from softvox_search.report.curves import groups, records
 
 #: Columns of text in the CSV files: nothing in them stands for "", in all others for NaN.
-TEXT = ("physics", "shape", "policy", "searcher", "terms", "measure", "a", "b", "name", "run")
+TEXT = (
+    "physics",
+    "shape",
+    "policy",
+    "searcher",
+    "terms",
+    "measure",
+    "a",
+    "b",
+    "name",
+    "run",
+    "truth",
+)
 
 PLACES = 3  # of a regret: a thousandth of a voxel width
 
@@ -59,7 +71,10 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a table as Markdown, columns aligned, numbers to the right."""
     body = [[str(value) for value in row] for row in rows]
     widths = [max(3, *(len(row[i]) for row in [head, *body])) for i in range(len(head))]
-    is_text = [i == 0 or not any(map(_is_numeric, column)) for i, column in enumerate(zip(*body))]
+    is_text = [
+        i == 0 or not any(map(_is_numeric, column))
+        for i, column in enumerate(zip(*body, strict=True))
+    ]
     rule = [
         "-" * w if text else "-" * (w - 1) + ":" for w, text in zip(widths, is_text, strict=True)
     ]
@@ -124,20 +139,22 @@ def overview(table: pd.DataFrame) -> str:
         )
     }
     axes = _axes(table, "searcher")
-    rows = ([*_labels(row, axes), *(number(row[name], 0) for name in used)] for row in _rows(table))
+    rows = (
+        [*_labels(row, axes), *(number(row[name], 0) for name in used)] for row in records(table)
+    )
     return markdown([*axes, *used.values()], rows)
 
 
 def problems(table: pd.DataFrame) -> str:
     """Return what the best is worth on every problem, of `tables.problems`."""
-    axes = _axes(table)
+    axes = [name for name in _axes(table) if name != "policy"]
     rows = (
         [
             *_labels(row, axes),
             number(row["goal"], 4),
             "the optimum" if row["known"] else "the best that any run found",
         ]
-        for row in _rows(table)
+        for row in records(table[table["physics"] != ""])
     )
     return markdown([*axes, "best fitness", "which is"], rows)
 
@@ -145,7 +162,7 @@ def problems(table: pd.DataFrame) -> str:
 def fixed_budget(table: pd.DataFrame) -> str:
     """Return the regret at fixed budgets, of `tables.fixed_budget` in one kind of terms."""
     rows = [
-        [escaped(searcher), *map(_at_budget, _rows(own))]
+        [escaped(searcher), *map(_at_budget, records(own))]
         for (searcher,), own in groups(table, "searcher")
     ]
     return markdown(["searcher", *dict.fromkeys(map(str, table["budget"]))], rows)
@@ -164,7 +181,7 @@ def fixed_target(table: pd.DataFrame) -> str:
             escaped(searcher),
             *(
                 f"{with_band(row['ert'], row['low'], row['high'], 0)} ({percent(row['success'])})"
-                for row in _rows(own)
+                for row in records(own)
             ),
         ]
         for (searcher,), own in groups(table, "searcher")
@@ -182,7 +199,7 @@ def pairs(table: pd.DataFrame) -> str:
     """
     names = list(dict.fromkeys([*table["a"], *table["b"]]))
     square = {(name, name): "" for name in names}
-    for row in _rows(table):
+    for row in records(table):
         a, b = row["a"], row["b"]
         mark = "**" if row["p_holm"] < 0.05 else ""
         square[a, b] = f"{mark}{row['a12']:.2f}{mark}"
@@ -200,7 +217,7 @@ def noise(table: pd.DataFrame) -> str:
     if tested:
         head += ["A12 of regret", "p of regret (Holm)", "A12 of optimism", "p of optimism (Holm)"]
     rows = []
-    for row in _rows(table):
+    for row in records(table):
         known = row["known"]
         regret, optimism = (
             with_band(row[name], row[f"{name}_low"], row[f"{name}_high"], PLACES)
@@ -217,10 +234,6 @@ def noise(table: pd.DataFrame) -> str:
             cells += [number(row[f"{name}_a12"], 2), probability(row[f"{name}_p_holm"])]
         rows.append(cells)
     return markdown(head, rows)
-
-
-def _rows(table: pd.DataFrame) -> list[dict[Any, Any]]:
-    return table.to_dict("records")
 
 
 def _axes(table: pd.DataFrame, *more: str) -> list[str]:
