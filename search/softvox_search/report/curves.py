@@ -109,15 +109,16 @@ def finished(results: Results) -> pd.DataFrame:
         ignore_index=True,
     )
     known = {
-        problem.physics: {terms: exact_fitness(terms, problem.values) for terms in TERMS}
+        problem.physics: exact_fitness(problem.values)
         for problem in results.problems
         if tuple(problem.shape) == SHAPE
     }
+    budgets = results.budgets
     columns: dict[str, list[Any]] = {"limit": [], "landscape": [], **{t: [] for t in TERMS}}
     for row in records(runs):
         log = results.evaluations(row["run"])
         landscape = known[row["physics"]] if row["shape"] == shape_name(SHAPE) else None
-        columns["limit"].append(_limit(results.budgets[row["searcher"]], row["unique"]))
+        columns["limit"].append(_limit(budgets[row["searcher"]], row["unique"]))
         columns["landscape"].append(landscape)
         for terms in TERMS:
             fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else None
@@ -139,9 +140,9 @@ def shape_name(shape: Iterable[int]) -> str:
     return "x".join(map(str, shape))
 
 
-def _limit(budget: Any, used: int) -> int:
+def _limit(budget: Mapping[str, Any], used: int) -> int:
     """Return the unique evaluations that a budget allows; those used, if it states none."""
-    stated = [n for n in (budget.unique, budget.evaluations) if n is not None]
+    stated = [n for n in (budget.get("unique"), budget.get("evaluations")) if n is not None]
     return int(min(stated, default=used))
 
 

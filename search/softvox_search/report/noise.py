@@ -35,35 +35,25 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
     """
     parts = []
     for key, group in groups(runs, *PROBLEM):
-        truth = _truth(dict(zip(PROBLEM, key, strict=True)), problems)
-        value = np.full(len(group), np.nan)
-        if not truth.note:
-            value = truth.value[group["recommended"].to_numpy(np.int64)]
+        truth = truth_of(dict(zip(PROBLEM, key, strict=True)), problems).value
+        value, optimum = np.full(len(group), np.nan), np.nan
+        if truth is not None:
+            value = truth[group["recommended"].to_numpy(np.int64)]
+            optimum = np.nanmax(truth)
         parts.append(
             group[[*AXES, "run", "recommended", "believed"]].assign(
                 true_value=value,
-                true_regret=truth.optimum - value,
+                true_regret=optimum - value,
                 optimism=group["believed"] - value,
             )
         )
     return pd.concat(parts, ignore_index=True)
 
 
-def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> str:
-    """Return which design is best in a problem with noise, or why nothing is known, in words."""
-    if np.isnan(problem["level"]):
-        return ""
-    truth = _truth(problem, problems)
-    if truth.note:
-        return f"no true values ({truth.note})"
-    exactly = f" ± {truth.error:.4f} (standard error)" if truth.error else " (exact)"
-    return f"the best is design {truth.best}, {truth.optimum:.4f}{exactly}"
-
-
-def _truth(problem: Mapping[str, Any], problems: Iterable[Any]) -> Truth:
+def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> Truth:
+    """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
     values = next(known.values for known in problems if known.physics == problem["physics"])
-    shape = [int(side) for side in problem["shape"].split("x")]
-    return truth_at(problem["level"], values, shape)
+    return truth_at(problem["level"], values, [int(side) for side in problem["shape"].split("x")])
 
 
 def reference_policy(policies: Iterable[str]) -> str:

@@ -93,7 +93,7 @@ def _head(results: Results) -> list[str]:
     return [f"# {escaped(results.title)}", text.fenced(results.command), " ".join(lines)]
 
 
-def _budget(budget: Any) -> str:
+def _budget(budget: Mapping[str, Any]) -> str:
     names = {
         "unique": "unique evaluations",
         "evaluations": "evaluations",
@@ -101,9 +101,9 @@ def _budget(budget: Any) -> str:
         "cpu_seconds": "CPU seconds",
     }
     parts = [
-        f"at most {getattr(budget, name)} {what}"
+        f"at most {budget[name]} {what}"
         for name, what in names.items()
-        if getattr(budget, name, None) is not None
+        if budget.get(name) is not None
     ]
     return " and ".join(parts) if parts else "no stated budget"
 

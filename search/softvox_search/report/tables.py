@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -66,7 +67,7 @@ def make(results: Results) -> dict[str, pd.DataFrame]:
     if not len(runs):
         return made
     compared = sections(runs)
-    made["problems"] = problems(compared, results)
+    made["problems"] = problems(compared, results.problems)
     for function in (anytime, fixed_budget, fixed_target, pairs):
         tables = [
             function(section).assign(**dict(zip(AXES, key, strict=False)))
@@ -119,7 +120,7 @@ def sections(runs: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([compared, *(own.assign(physics="") for own in pooled)], ignore_index=True)
 
 
-def problems(compared: pd.DataFrame, results: Results) -> pd.DataFrame:
+def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
     """Return what the searchers are compared on.
 
     One row each: physics, shape, level; policy, under which they are compared; goal, the largest
@@ -136,7 +137,9 @@ def problems(compared: pd.DataFrame, results: Results) -> pd.DataFrame:
         landscape = first(group, "landscape")
         row |= {"known": landscape is not None, "goal": np.nan}
         if row["physics"]:
-            row |= {"goal": first(group, "goal"), "truth": noise.truth_of(row, results.problems)}
+            row["goal"] = first(group, "goal")
+            if not np.isnan(row["level"]):
+                row["truth"] = noise.truth_of(row, given).note
             if landscape:
                 below = [row["goal"] - own[:, np.newaxis] for own in landscape.values()]
                 met = np.sum(below <= targets(row["goal"]), axis=1)
@@ -229,7 +232,9 @@ def fixed_budget(section: pd.DataFrame) -> pd.DataFrame:
             "success": np.mean(_below(runs, best(curves, at)) == 0, axis=0),
         }
         table = pd.DataFrame({**names, "budget": at, "runs": len(runs), **columns})
-        table.loc[at > runs["limit"].max(), [name for name in columns if name != "measure"]] = np.nan
+        table.loc[at > runs["limit"].max(), [name for name in columns if name != "measure"]] = (
+            np.nan
+        )
         parts.append(table)
     return pd.concat(parts, ignore_index=True)
 

@@ -56,9 +56,12 @@ def read(folder: Path) -> dict[str, pd.DataFrame]:
 
 def escaped(label: object) -> str:
     """Return a text so that Markdown and HTML show it as it is; only bare underscores are left."""
-    text = " ".join(str(label).split())
-    text = re.sub(r"[&<>$]", lambda found: f"&#{ord(found[0])};", text)
-    return re.sub(r"[\\`*|~#\[\]!]|(?<![^\W_])_|_(?![^\W_])", r"\\\g<0>", text)
+    marks = r"[&<>$]|[\\`*|~#\[\]!]|(?<![^\W_])_|_(?![^\W_])"
+    return re.sub(
+        marks,
+        lambda found: f"&#{ord(found[0])};" if found[0] in "&<>$" else f"\\{found[0]}",
+        " ".join(str(label).split()),
+    )
 
 
 def fenced(command: str) -> str:

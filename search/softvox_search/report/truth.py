@@ -25,92 +25,67 @@ TERMS = ("raw", "class")
 AnyPhysics = str | Mapping[str, Any] | Physics
 
 
-def exact_fitness(terms: str = "raw", physics: AnyPhysics = "published") -> Array:
-    """Return the noise-free fitness of every 2x2x2 design, shape (6561,), voxel widths; read-only.
+def exact_fitness(physics: AnyPhysics = "published") -> dict[str, Array]:
+    """Return the noise-free fitness of every 2x2x2 design in each of `TERMS`.
 
-    Parameters
-    ----------
-    terms : "raw" or "class"
-        In class terms a design is worth the best of its symmetry class (turned about the vertical,
-        mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best
-        robot, 6453 (4.66), turned by a quarter.
-    physics : str, dict or Physics
+    In class terms a design is worth the best of its symmetry class (turned about the vertical,
+    mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best robot,
+    6453 (4.66), turned by a quarter.
 
-    Raises
-    ------
-    ValueError
-        For other terms.
+    Returns
+    -------
+    dict of ndarray, shape (6561,)
+        By terms; voxel widths, 0 where a design diverges. Read-only.
     """
-    if terms not in TERMS:
-        raise ValueError(f"terms must be one of {', '.join(TERMS)}, got {terms!r}")
-    return _exact_fitness(terms, Physics.of(physics))
+    return _exact_fitness(Physics.of(physics))
 
 
 @lru_cache(maxsize=64)
-def _exact_fitness(terms: str, physics: Physics) -> Array:
-    fitness = np.nan_to_num(np.array(_landscape(physics), dtype=np.float64))
-    if terms == "class":
-        classes = symmetry_classes(reflections=True)
-        best = np.full(len(fitness), -np.inf)
-        np.maximum.at(best, classes, fitness)
-        fitness = best[classes]
-    fitness.flags.writeable = False
-    return fitness
-
-
-def _landscape(physics: Physics) -> Any:
-    if physics == Physics.published():
-        return softvox_gym.landscape()["fitness"]
-    return softvox_gym.simulate(np.arange(3**8), physics).fitness
+def _exact_fitness(physics: Physics) -> dict[str, Array]:
+    raw = np.nan_to_num(np.asarray(softvox_gym.landscape(physics)["fitness"]))
+    classes = symmetry_classes(reflections=True)
+    best = np.zeros(len(raw))
+    np.maximum.at(best, classes, raw)
+    exact = dict(zip(TERMS, (raw, best[classes]), strict=True))
+    for fitness in exact.values():
+        fitness.flags.writeable = False
+    return exact
 
 
 class Truth(NamedTuple):
     """What designs are worth in a problem.
 
-    value : ndarray, shape (6561,)
+    value : ndarray, shape (6561,), or None
         Mean fitness of every design at the level of noise, voxel widths; NaN where it was not
-        measured; empty where nothing is known.
-    best : int
-        The number of the design with the largest; -1 where nothing is known.
-    optimum : float
-        Its value.
-    error : float
-        Standard error of that; 0 where it is exact.
+        measured. None where nothing is known.
     note : str
-        Why nothing is known.
+        Which design is best, or why nothing is known, in words.
     """
 
-    value: Array
-    best: int
-    optimum: float
-    error: float
-    note: str = ""
+    value: Array | None
+    note: str
 
 
-def truth_at(
-    level: float, physics: AnyPhysics = "published", shape: Sequence[int] = SHAPE
-) -> Truth:
+def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> Truth:
     """Return what designs are worth at a level of noise, as far as anybody knows.
 
     Level 0 is exact on the 2x2x2 lattice under any physics. The other levels are means over many
     draws, and have their standard error; they are known under the published physics.
     """
     if tuple(shape) != SHAPE:
-        return _unknown(f"nobody has simulated every design of {'x'.join(map(str, shape))}")
+        return Truth(None, "no true values (not every design of this lattice was simulated)")
+    exactly = "(exact)"
     if level == 0:
-        value = exact_fitness("raw", physics)
-        return Truth(value, int(value.argmax()), float(value.max()), 0.0)
-    if Physics.of(physics) != Physics.published():
-        return _unknown("under noise only the published physics was measured")
-    try:
-        table = softvox_gym.noisy_landscape(level)
-    except ValueError as unknown:
-        return _unknown(str(unknown))
-    value = np.asarray(table["mean"], dtype=np.float64)
+        value = exact_fitness(physics)["raw"]
+    elif Physics.of(physics) != Physics.published():
+        return Truth(None, "no true values (noise was measured under the published physics)")
+    else:
+        try:
+            table = softvox_gym.noisy_landscape(level)
+        except ValueError as unknown:
+            return Truth(None, f"no true values ({unknown})")
+        value = np.asarray(table["mean"], dtype=np.float64)
+        row = table[np.nanargmax(value)]
+        exactly = f"± {row['std'] / np.sqrt(row['draws']):.4f} (standard error)"
     best = int(np.nanargmax(value))
-    error = float(table["std"][best] / np.sqrt(table["draws"][best]))
-    return Truth(value, best, float(value[best]), error)
-
-
-def _unknown(note: str) -> Truth:
-    return Truth(np.zeros(0), -1, np.nan, np.nan, note)
+    return Truth(value, f"the best is design {best}, {value[best]:.4f} {exactly}")
