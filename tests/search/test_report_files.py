@@ -283,7 +283,7 @@ def test_no_backend_of_the_environment_is_needed(backend):
     code = (
         "import sys; sys.modules['matplotlib_inline'] = None\n"
         "from softvox_search.report import style, figures\n"
-        "with style.style(): style.encoded(style.figure(1, 1))\n"
+        "with style.style(): style.encoded(style.grid(1)[0])\n"
         "import os, matplotlib\n"
         "print(os.environ['MPLBACKEND'], 'matplotlib.pyplot' in sys.modules)"
     )

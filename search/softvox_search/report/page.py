@@ -109,6 +109,7 @@ def _budget(budget: Mapping[str, Any]) -> str:
 
 
 def _definitions(results: Results, problems: pd.DataFrame) -> list[str]:
+    problems = problems[problems["physics"] != ""]
     known = problems[problems["known"]]
     lines = []
     if len(known):
