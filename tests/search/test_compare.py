@@ -181,7 +181,7 @@ def test_changed_source_is_noted_and_a_changed_result_is_an_error(
     with pytest.raises(UsageError) as caught:
         run_here(experiment_of(tmp_path, text.replace("seeds = 2", "seeds = 5")), out)
     message = str(caught.value)
-    assert re.search(r"run [0-9a-f]{16} \(\w+, physics published, .* seed \d\) in ", message)
+    assert re.search(r"run [0-9a-f]{16} \(searcher \w+, physics published, .* seed \d\) in ", message)
     assert "can't be repeated: now gives another result" in message
     assert "with --force" in message
     assert results(out) == before
@@ -261,7 +261,7 @@ def test_a_folder_of_which_no_run_is_of_use_is_refused_and_left_alone(
         old, new, expected = OTHERS[case]
         experiment = experiment_of(tmp_path, SMALL.replace(old, new, 1))
     else:
-        made, expected = made_with(), "versions.numpy was"
+        made, expected = made_with(), "numpy was"
         changed = {**made, "versions": {**made["versions"], "numpy": "0.1"}}
         monkeypatch.setattr(comparing, "made_with", lambda: changed)
     before = results(out)
@@ -324,7 +324,7 @@ def test_a_failed_run_is_named_the_others_go_on_and_the_next_start_tries_it_agai
     lines, first = done.stderr.splitlines(), failed[0]
     assert len(lines) == min(len(identities), 5)
     assert lines[0] == (
-        f"softvox: failed: run {first['run'][:16]} ({first['searcher']}, physics published, shape "
+        f"softvox: failed: run {first['run'][:16]} (searcher {first['searcher']}, physics published, shape "
         f"2x2x2, seed {first['seed']}): {first['error']}"
     )
     assert f"{15 - len(identities)} of 15 runs done" in done.stdout
@@ -354,7 +354,7 @@ BAD = {
     "compare exp.toml --out file/no/such": "--out file is not a folder; choose another",
     "compare exp.toml --no-report --out folder": "folder is not empty; choose another",
     "compare exp.toml --out empty --report-only": "empty: results are not there; softvox compare",
-    "compare bad.toml": "bad.toml: [[searchers]] name must be one of",
+    "compare bad.toml": "bad.toml: [[searchers]] rnd: there is no searcher 'rnd'",
     "compare exp.toml --no-report --report-only": "not allowed with",
     "merge empty --out new": "empty holds no results; softvox compare FILE.toml --part 1/2",
     "export empty --out new": "empty: results are not there; softvox compare FILE.toml --out empty",

@@ -171,7 +171,6 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
 
     plan = Plan(
         command=_command(args.file),
-        arguments=args.arguments,
         workers=args.workers or default_threads(),
         part=args.part,
         force=args.force,
