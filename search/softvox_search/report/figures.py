@@ -95,7 +95,7 @@ def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
     """Return in words which of several problems one is."""
     physics, shape, level = (problem[name] for name in PROBLEM)
     parts = []
-    if "" in set(problems["physics"]):
+    if problems["physics"].nunique() > 1:
         parts.append(f"physics {physics}" if physics else "all physics")
     if problems["shape"].nunique() > 1:
         parts.append(f"lattice {shape}")
