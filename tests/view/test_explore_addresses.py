@@ -218,7 +218,7 @@ def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(
             pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
             one(driver, "#searcher").send_keys("ga")
             entered(driver, "#budget", "2000")
-        until(lambda: running.explorer.jobs.running)
+        until(lambda: running.explorer.running)
     until(lambda: "start softvox explore again" in shown(driver, place))
     assert until(lambda: shown(driver, "progress-row", "hidden"))
     assert until(lambda: shown(driver, "path-progress", "hidden"))

@@ -138,7 +138,7 @@ def test_a_slider_moved_fast_ends_where_it_was_left(driver, served):
     assert shown(driver, "value-friction_static", "value") == "0.7"
     until(lambda: applied(driver) == {"friction_static": "0.7"})
     assert driver.current_url.endswith("#friction_static=0.7")
-    until(lambda: served.explorer.jobs.running == 0)
+    until(lambda: served.explorer.running == 0)
     one(driver, "#reset").click()
     until(lambda: applied(driver) == {})
     assert shown(driver, "value-friction_static", "value") == "1"

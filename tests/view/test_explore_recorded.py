@@ -52,8 +52,8 @@ def served(folder):
 
 
 def asked(served, **changes):
-    body = {"client": "a", "results": "small results", "searcher": RANDOM, "seed": "1"}
-    return served.post("/api/path", {**body, "budget": "60", **changes})
+    query = {"results": "small results", "searcher": RANDOM, "seed": "1", "budget": "60"}
+    return served.lines("/api/path", **query | changes)
 
 
 def test_what_was_recorded_is_offered(served):
@@ -84,13 +84,9 @@ def test_a_recorded_path_is_the_runs_evaluations_in_order(served, folder, budget
     ("changes", "parameter", "words"),
     [
         ({"results": "other"}, "results", "there are no results 'other'; softvox explore"),
-        ({"results": ["small results"]}, "results", "there are no results"),
         ({"searcher": "random"}, "searcher", f"has no searcher 'random'; it has {RANDOM}, hill"),
-        ({"searcher": {}}, "searcher", "has no searcher '{}'"),
-        ({"seed": "2"}, "seed", "no finished run with the seed '2' in small results; its 2 have"),
-        ({"seed": "-1"}, "seed", "seeds from 0 to 1"),
-        ({"seed": "9" * 5000}, "seed", "seeds from 0 to 1"),
-        ({"seed": None}, "seed", "seeds from 0 to 1"),
+        ({"seed": "2"}, "seed", "no finished run with the seed 2 in small results; its 2 have"),
+        ({"seed": "-1"}, "seed", "seed must be a whole number from 0 to"),
         ({"budget": "0"}, "budget", "must be a whole number from 1 to 2000"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import threading
@@ -88,9 +89,10 @@ def _results(folders: Sequence[Path]) -> dict[str, Any]:
 
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
+    results = _results(args.results)
     try:
         from softvox_view.explore.app import Explorer
-        from softvox_view.explore.server import PortError, Server, bind
+        from softvox_view.explore.server import Server
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn", "anyio", "h11"):
             raise
@@ -98,20 +100,20 @@ def run(args: Namespace) -> int:
             f"explore needs {error.name}: pip install 'softvox-gym[explore]'"
         ) from error
 
-    def tell(address: str) -> None:
-        address += f"#{args.state}" if args.state else ""
+    explorer = Explorer(threads=args.threads, results=results)
+    try:
+        server = Server(explorer, args.port)
+    except OSError as error:
+        raise BadInputError(
+            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose another, or "
+            "--port 0 for any that is free"
+        ) from error
+    address = server.address + (f"#{args.state}" if args.state else "")
+    try:
         print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
         if not args.no_browser:
             # Some browsers keep their caller waiting, and the server must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-    results = _results(args.results)
-    try:
-        sock = bind(args.port)
-    except PortError as error:
-        raise BadInputError(f"--port: {error}") from error
-    server = Server(sock, Explorer(threads=args.threads, results=results), when_ready=tell)
-    try:
         server.serve_until_stopped()
     except Stopped as stop:
         if stop.number != signal.SIGINT:

@@ -10,7 +10,7 @@ from typing import Any
 
 from softvox_gym import Design
 from softvox_view.explore.landscapes import listed, published
-from softvox_view.explore.parameters import BadRequestError
+from softvox_view.explore.requests import BadRequestError
 from softvox_view.folders import ResultsError, by_name, checked
 
 #: What is read of the runs.
@@ -54,7 +54,7 @@ class Recorded:
     evaluations: Path
     runs: Mapping[str, Mapping[int, Run]]
 
-    def run(self, searcher: Any, seed: Any) -> Run:
+    def run(self, searcher: str, seed: int) -> Run:
         """Return a run.
 
         Raises
@@ -62,23 +62,19 @@ class Recorded:
         BadRequestError
             Where there is no such searcher, or it has no finished run with that seed.
         """
-        runs = self.runs.get(searcher) if isinstance(searcher, str) else None
+        runs = self.runs.get(searcher)
         if runs is None:
             raise BadRequestError(
-                f"{self.name} has no searcher {str(searcher)[:60]!r}; it has "
-                f"{', '.join(self.runs)}",
+                f"{self.name} has no searcher {searcher[:60]!r}; it has {', '.join(self.runs)}",
                 "searcher",
             )
-        text = str(seed)
-        # A length that int() takes in no time, whatever is sent.
-        number = int(text) if text.isascii() and text.isdecimal() and len(text) < 19 else None
-        if number is None or number not in runs:
+        if seed not in runs:
             raise BadRequestError(
-                f"{searcher} has no finished run with the seed {text[:60]!r} in {self.name}; "
+                f"{searcher} has no finished run with the seed {seed} in {self.name}; "
                 f"its {len(runs)} have seeds from {min(runs)} to {max(runs)}",
                 "seed",
             )
-        return runs[number]
+        return runs[seed]
 
     def path(self, run: Run, most: int) -> dict[str, Any]:
         """Return a run's path ready for JSON.
@@ -109,7 +105,7 @@ class Recorded:
             "fitness": listed(rows["fitness"].to_numpy()),
             "total": run.evaluations,
             "recommended": run.recommended,
-            "rank": Standing.of(Design(run.recommended), published().fitness).rank,
+            "rank": Standing.of(Design(run.recommended), published()["fitness"]).rank,
         }
 
 

@@ -1,6 +1,7 @@
 // What is told in words and numbers: robots, changes, a path; and the table to download.
 
 import { heading } from "./colours.js";
+import { element } from "./dom.js";
 import { digitsOf } from "./robot.js";
 
 /** A number with its sign, or a dash where the design diverged. */
@@ -43,37 +44,25 @@ export function fillFacts(table, robots, atlas, values) {
     ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
   ];
   const two = robots.length > 1;
-  const head = document.createElement("tr");
-  head.append(cell("td"), ...robots.map((_, k) => headCell("AB"[k], "col")));
-  if (two) head.append(headCell("B − A", "col"));
+  const names = [...robots.map((_, k) => "AB"[k]), ...(two ? ["B − A"] : [])];
+  const head = names.map((text) => element("th", { text, scope: "col" }));
   const body = rows.map(([name, of, decimals]) => {
-    const row = document.createElement("tr");
-    const told = robots.map(of);
+    const given = robots.map(of);
     const show = (value) => (typeof value === "string" || !decimals ? value : number(value, decimals));
-    row.append(headCell(name, "row"), ...told.map((value) => cell("td", show(value))));
+    const texts = given.map(show);
     if (two) {
-      const isNumber = decimals && told.every((value) => typeof value === "number");
-      const change = name.startsWith("heading") ? turn(told[1] - told[0]) : told[1] - told[0];
-      row.append(cell("td", isNumber ? number(change, decimals, true) : ""));
+      const isNumber = decimals && given.every((value) => typeof value === "number");
+      const change = name.startsWith("heading") ? turn(given[1] - given[0]) : given[1] - given[0];
+      texts.push(isNumber ? number(change, decimals, true) : "");
     }
-    return row;
+    const cells = texts.map((text) => element("td", { text }));
+    return element("tr", {}, element("th", { text: name, scope: "row" }), ...cells);
   });
-  const caption = table.caption;
-  table.replaceChildren(caption, head, ...body);
+  table.replaceChildren(table.caption, element("tr", {}, element("td"), ...head), ...body);
 }
 
 function turn(degrees) {
   return ((((degrees + 180) % 360) + 360) % 360) - 180;
-}
-
-function cell(kind, text = "") {
-  const made = document.createElement(kind);
-  made.textContent = text;
-  return made;
-}
-
-function headCell(text, scope) {
-  return Object.assign(cell("th", text), { scope });
 }
 
 /** Tell what changed against the published landscape. */
@@ -92,14 +81,7 @@ export function fillChanges(place, changes, warnings, isPublished) {
     lines.push([`mean change ${number(changes.mean_difference, 3, true)} voxel widths`]);
     if (changes.diverged) lines.push([`${changes.diverged} designs diverged (×)`]);
   }
-  place.replaceChildren(
-    ...lines.map(([words, kind = ""]) => {
-      const line = document.createElement("p");
-      line.textContent = words;
-      line.className = kind;
-      return line;
-    }),
-  );
+  place.replaceChildren(...lines.map(([text, kind = ""]) => element("p", { text, class: kind })));
 }
 
 /** The designs of a path that were the best so far: [{design, at}]. */

@@ -73,8 +73,7 @@ export class SoftvoxPlayer {
     if (!this.#build(speed)) return;
     if (recording) {
       this.load(recording);
-      const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-      if (autoplay && !still) this.play();
+      if (autoplay) this.autoplay();
     }
   }
 
@@ -164,6 +163,11 @@ export class SoftvoxPlayer {
     };
     this.#tick = requestAnimationFrame(tick);
     this.#showPlaying();
+  }
+
+  /** Run the clock unless the reader asked for reduced motion. */
+  autoplay() {
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
   /** Stop the clock. */
