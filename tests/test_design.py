@@ -171,9 +171,21 @@ def test_the_repr_makes_the_design():
         (5, {"shape": (2, 2, 0)}, ValueError, "positive sides"),
         (5, {"shape": (2, 2, 1.5)}, ValueError, "three whole numbers"),
         (5, {"shape": 8}, ValueError, "three whole numbers"),
+        (0, {"shape": (10**6,) * 3}, ValueError, "at most 1000000 are taken"),
+        (10**4000, {"shape": (4, 4, 4)}, ValueError, r"of 13288 bits is outside .* 3\^64 - 1"),
+        (b"00021222", {}, TypeError, "whole numbers, got bytes"),
         (np.zeros((2, 2, 2), int), {"shape": (1, 2, 4)}, ValueError, "asked for"),
     ],
 )
 def test_what_is_no_design_is_refused_with_its_reason(given, options, error, message):
     with pytest.raises(error, match=message):
         Design(given, **options)
+
+
+def test_a_design_of_a_large_lattice_is_its_digits():
+    rng = np.random.default_rng(0)
+    array = rng.integers(3, size=(20, 20, 20))
+    design = Design(array)
+    assert Design(design.index, shape=(20, 20, 20)) == design
+    assert Design(0, shape=(100, 100, 100)).n_voxels == 0
+    assert Design(3**27 - 1, shape=(3, 3, 3)).digits == "2" * 27

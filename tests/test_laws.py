@@ -187,7 +187,7 @@ def test_a_lattice_of_two_thousand_voxels_runs():
     designs[:, ::3, ::3, ::3] = 2
     physics = Physics(settle_time=0.0, duration=0.03, frequency_hz=40.0)
     result = simulate(designs, physics, track=2)
-    assert result.status[0] == "ok"
+    assert not result.diverged[0]
     assert result.design(0).n_voxels == 2184
     assert np.isfinite(result.track).all()
 
@@ -196,6 +196,6 @@ def test_a_folded_link_stays_finite():
     # A strain that nearly closes neighbouring voxels folds links past a right angle.
     physics = Physics(strain=0.9, actuation="expand_and_contract", frequency_hz=10.0)
     result = simulate(np.arange(0, 6561, 97), physics)
-    ok = result.status == "ok"
+    ok = ~result.diverged
     assert ok.any()
     assert np.isfinite(result.displacement[ok]).all()

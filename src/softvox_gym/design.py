@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import lru_cache, reduce
-from math import prod
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.metadata import entry_points
 from operator import index as as_index
-from typing import Any, TypeAlias, Union
+from typing import Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Shape: TypeAlias = tuple[int, int, int]
+from softvox_gym.lattice import Lattice, number_of
+
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
 ABSENT, PASSIVE, ACTIVE = 0, 1, 2
-DEFAULT_SHAPE: Shape = (2, 2, 2)
-N_SITES = prod(DEFAULT_SHAPE)
-N_DESIGNS = 3**N_SITES
-
-#: What a digit of the 2x2x2 lattice counts for in a design's number, by site.
-POWERS = 3 ** np.arange(N_SITES, dtype=np.int64)
 
 
 class Design:
@@ -36,7 +31,8 @@ class Design:
         A number, a string or sequence of digits d_0 d_1 d_2 ..., or an array of shape (nx, ny, nz)
         indexed [x, y, z].
     shape : (int, int, int), optional
-        The lattice (nx, ny, nz). Taken from a 3-D array or a Design; otherwise 2x2x2.
+        The lattice (nx, ny, nz), of at most a million sites. Taken from a 3-D array or a Design;
+        otherwise 2x2x2.
 
     Raises
     ------
@@ -54,56 +50,60 @@ class Design:
     True
     """
 
-    __slots__ = ("_digits", "_shape")
+    __slots__ = ("_digits", "lattice")
 
     _digits: bytes
-    _shape: Shape
+    lattice: Lattice
 
     def __init__(self, design: DesignLike, *, shape: Sequence[int] | None = None) -> None:
-        lattice = None if shape is None else checked_shape(shape)
+        lattice = None if shape is None else Lattice.of(shape)
         if isinstance(design, Design):
-            digits, own_shape = design._digits, design._shape
+            digits, own = design._digits, design.lattice
         elif isinstance(design, str):
-            digits, own_shape = _digits_of_string(design, lattice or DEFAULT_SHAPE)
-        elif isinstance(design, (int, np.integer)) and not isinstance(design, (bool, np.bool_)):
-            digits, own_shape = _digits_of_index(as_index(design), lattice or DEFAULT_SHAPE)
+            own = lattice or Lattice()
+            digits = _digits_of_string(design, own)
         else:
-            digits, own_shape = _digits_of_array(design, lattice)
-        if lattice is not None and lattice != own_shape:
-            raise ValueError(f"design has shape {own_shape}, but shape={lattice} was asked for")
+            digits, own = _digits_of_array(design, lattice)
+        if lattice is not None and lattice != own:
+            raise ValueError(f"design has shape {own}, but shape={lattice} was asked for")
         object.__setattr__(self, "_digits", digits)
-        object.__setattr__(self, "_shape", own_shape)
+        object.__setattr__(self, "lattice", own)
 
     @classmethod
-    def _of(cls, digits: bytes, shape: Shape) -> Design:
+    def _of(cls, digits: bytes, lattice: Lattice) -> Design:
         """Make a design of digits already known to be good."""
         design = object.__new__(cls)
         object.__setattr__(design, "_digits", digits)
-        object.__setattr__(design, "_shape", shape)
+        object.__setattr__(design, "lattice", lattice)
         return design
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Design can't be changed: cannot set {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Design._of, (self._digits, self._shape)
+        return Design._of, (self._digits, self.lattice)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Design):
             return NotImplemented
-        return self._digits == other._digits and self._shape == other._shape
+        return self._digits == other._digits and self.lattice == other.lattice
 
     def __hash__(self) -> int:
-        return hash((self._digits, self._shape))
+        return hash((self._digits, self.lattice))
 
     def __repr__(self) -> str:
-        shape = "" if self._shape == DEFAULT_SHAPE else f", shape={self._shape}"
+        shape = "" if self.lattice == Lattice() else f", shape={self.shape}"
         return f"Design('{self.digits}'{shape})"
 
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the robot as built, and its facts."""
+        return as_html(self)
+
     @property
-    def shape(self) -> Shape:
-        """The lattice (nx, ny, nz)."""
-        return self._shape
+    def shape(self) -> tuple[int, int, int]:
+        """The lattice's sides (nx, ny, nz)."""
+        nx, ny, nz = self.lattice
+        return nx, ny, nz
 
     @property
     def digits(self) -> str:
@@ -113,12 +113,12 @@ class Design:
     @property
     def index(self) -> int:
         """The design's number, sum of d_i 3^i."""
-        return reduce(lambda number, digit: 3 * number + digit, reversed(self._digits), 0)
+        return number_of(self._digits)
 
     @property
     def array(self) -> NDArray[np.uint8]:
         """The digits as an array of shape (nx, ny, nz), indexed [x, y, z]; read-only."""
-        return np.frombuffer(self._digits, dtype=np.uint8).reshape(self._shape, order="F")
+        return np.frombuffer(self._digits, dtype=np.uint8).reshape(self.lattice, order="F")
 
     @property
     def n_voxels(self) -> int:
@@ -133,7 +133,7 @@ class Design:
     @property
     def components(self) -> tuple[tuple[int, ...], ...]:
         """The pieces that hang together by faces: the sites of each, in order of the first."""
-        return _components(bytes(digit != ABSENT for digit in self._digits), self._shape)
+        return _components(bytes(digit != ABSENT for digit in self._digits), self.lattice)
 
     @property
     def is_connected(self) -> bool:
@@ -186,71 +186,66 @@ _DIGIT_TO_CHARACTER = bytes.maketrans(bytes((0, 1, 2)), b"012")
 _CHARACTER_TO_DIGIT = bytes.maketrans(b"012", bytes((0, 1, 2)))
 
 
-def checked_shape(shape: Sequence[int]) -> Shape:
-    """Return a lattice's shape as three positive ints.
-
-    Raises
-    ------
-    ValueError
-        Where it is anything else.
-    """
-    try:
-        nx, ny, nz = (as_index(side) for side in shape)
-    except (TypeError, ValueError):
-        raise ValueError(f"shape must be three whole numbers (nx, ny, nz), got {shape!r}") from None
-    if min(nx, ny, nz) < 1:
-        raise ValueError(f"shape must have positive sides, got {shape!r}")
-    return nx, ny, nz
+def as_html(value: Any) -> str | None:
+    """Return a design or a result as HTML; None where the package that draws them is missing."""
+    for entry in entry_points(group="softvox_gym.notebook"):
+        html: str | None = entry.load()(value)
+        return html
+    return None
 
 
-def _text(shape: Shape) -> str:
-    return "x".join(map(str, shape))
-
-
-def _digits_of_string(text: str, shape: Shape) -> tuple[bytes, Shape]:
-    sites = prod(shape)
-    if len(text) != sites:
-        raise ValueError(
-            f"design {text!r} has {len(text)} digits, but a {_text(shape)} lattice has {sites} "
-            "sites; give shape=(nx, ny, nz) for another lattice"
-        )
+def _digits_of_string(text: str, lattice: Lattice) -> bytes:
+    _check_length(f"design {text[:80]!r}", len(text), lattice)
     if set(text) - set("012"):
-        raise ValueError(f"design {text!r} may have the digits 0, 1 and 2 only")
-    return text.encode("ascii").translate(_CHARACTER_TO_DIGIT), shape
+        raise ValueError(f"design {text[:80]!r} may have the digits 0, 1 and 2 only")
+    return text.encode("ascii").translate(_CHARACTER_TO_DIGIT)
 
 
-def _digits_of_index(number: int, shape: Shape) -> tuple[bytes, Shape]:
-    sites = prod(shape)
-    if not 0 <= number < 3**sites:
-        last = 3**sites - 1 if sites <= 40 else f"3^{sites} - 1"
+def _check_length(what: str, length: int, lattice: Lattice) -> None:
+    if length != lattice.sites:
         raise ValueError(
-            f"design index {number} is outside 0 ... {last}, "
-            f"the designs of a {_text(shape)} lattice"
+            f"{what} has {length} digits, but a {lattice} lattice has {lattice.sites} sites; "
+            "give shape=(nx, ny, nz) for another lattice"
         )
-    digits = bytearray(sites)
-    for site in range(sites):
-        number, digits[site] = divmod(number, 3)
-    return bytes(digits), shape
 
 
-def _digits_of_array(values: ArrayLike, shape: Shape | None) -> tuple[bytes, Shape]:
-    if isinstance(values, np.ndarray) and values.ndim == 0 and values.dtype.kind in "iu":
-        return _digits_of_index(int(values), shape or DEFAULT_SHAPE)
-    array = checked_digits(values)
-    if array.ndim == 3:
-        return array.tobytes(order="F"), checked_shape(array.shape)
-    if array.ndim != 1:
+def _digits_of_array(values: ArrayLike, lattice: Lattice | None) -> tuple[bytes, Lattice]:
+    array = _as_array(values)
+    own = lattice or Lattice()
+    if array.ndim == 0 and array.dtype.kind in "iuO":
+        return own.digits(_whole_numbers(array)).tobytes(), own
+    digits = checked_digits(array)
+    if digits.ndim == 3:
+        return digits.tobytes(order="F"), Lattice.of(digits.shape)
+    if digits.ndim != 1:
         raise ValueError(
-            f"design must be a number, a row of digits or an (nx, ny, nz) array, "
-            f"got an array of shape {array.shape}"
+            "design must be a number, a row of digits or an (nx, ny, nz) array, "
+            f"got an array of shape {digits.shape}"
         )
-    lattice = shape or DEFAULT_SHAPE
-    if array.size != prod(lattice):
-        raise ValueError(
-            f"design has {array.size} digits, but a {_text(lattice)} lattice has {prod(lattice)} "
-            "sites; give shape=(nx, ny, nz) for another lattice"
+    _check_length("design", digits.size, own)
+    return digits.tobytes(), own
+
+
+def _as_array(values: Any) -> NDArray[Any]:
+    """Return anything like an array as one; what only looks like it is refused."""
+    if isinstance(values, (bytes, bytearray, memoryview, str)):
+        raise TypeError(
+            f"designs must be whole numbers, got {type(values).__name__}; "
+            "give a str of digits, or a list of such"
         )
-    return array.tobytes(), lattice
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise ValueError("designs must be an even array of digits, got ragged rows") from None
+
+
+def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
+    """Return an array of design numbers; refuse objects that are no whole numbers."""
+    if array.dtype == object:
+        for value in array.ravel().tolist():
+            if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+                raise TypeError(f"designs must be whole numbers, got {value!r}")
+    return array
 
 
 def checked_digits(values: ArrayLike) -> NDArray[np.uint8]:
@@ -263,10 +258,7 @@ def checked_digits(values: ArrayLike) -> NDArray[np.uint8]:
     ValueError
         Where one is not 0, 1 or 2.
     """
-    try:
-        array = np.asarray(values)
-    except ValueError:
-        raise ValueError("designs must be an even array of digits, got ragged rows") from None
+    array = _as_array(values)
     if array.dtype.kind not in "iu" and array.size:
         raise TypeError(
             f"designs must be whole numbers, got {array.dtype} values; "
@@ -279,19 +271,20 @@ def checked_digits(values: ArrayLike) -> NDArray[np.uint8]:
 
 
 def _of_array(array: NDArray[np.uint8]) -> Design:
-    nx, ny, nz = array.shape
-    return Design._of(array.tobytes(order="F"), (nx, ny, nz))
+    return Design._of(array.tobytes(order="F"), Lattice(*array.shape))
 
 
 @lru_cache(maxsize=65536)
-def _components(occupied: bytes, shape: Shape) -> tuple[tuple[int, ...], ...]:
+def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...]:
     waiting = {site for site, present in enumerate(occupied) if present}
     pieces = []
-    while waiting:
-        piece = [min(waiting)]
-        waiting.discard(piece[0])
+    for first, present in enumerate(occupied):
+        if not present or first not in waiting:
+            continue
+        piece = [first]
+        waiting.discard(first)
         for site in piece:
-            for neighbour in _neighbours(site, shape):
+            for neighbour in lattice.neighbours(site):
                 if neighbour in waiting:
                     waiting.discard(neighbour)
                     piece.append(neighbour)
@@ -299,34 +292,41 @@ def _components(occupied: bytes, shape: Shape) -> tuple[tuple[int, ...], ...]:
     return tuple(pieces)
 
 
-def _neighbours(site: int, shape: Shape) -> Iterable[int]:
-    nx, ny, nz = shape
-    x, y, z = site % nx, site // nx % ny, site // nx // ny
-    for step in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)):
-        i, j, k = x + step[0], y + step[1], z + step[2]
-        if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz:
-            yield i + nx * (j + ny * k)
+class BodyFacts(NamedTuple):
+    """What the bodies of a batch of designs are like, each of shape (n,)."""
+
+    n_voxels: NDArray[np.int64]
+    n_active: NDArray[np.int64]
+    is_connected: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, rows: NDArray[Any], lattice: Lattice) -> BodyFacts:
+        """Return the facts of designs given by their digits, shape (n, sites)."""
+        occupied = rows != ABSENT
+        # Many designs share a body, and few bodies are looked at at a time.
+        if len(rows) > 1:
+            bodies, which = np.unique(occupied, axis=0, return_inverse=True)
+        else:
+            bodies, which = occupied, np.zeros(len(rows), dtype=np.intp)
+        pieces = [len(_components(body.tobytes(), lattice)) for body in bodies]
+        return cls(
+            n_voxels=np.count_nonzero(occupied, axis=1).astype(np.int64),
+            n_active=np.count_nonzero(rows == ACTIVE, axis=1).astype(np.int64),
+            is_connected=(np.array(pieces, dtype=np.int64) == 1)[which.ravel()],
+        )
 
 
-def indices_of(rows: ArrayLike) -> NDArray[np.int64]:
-    """Return the numbers, shape (...), of 2x2x2 designs given as digits, shape (..., 8)."""
-    numbers: NDArray[np.int64] = np.asarray(rows, dtype=np.int64) @ POWERS
-    return numbers
-
-
-def digits_of(indices: ArrayLike) -> NDArray[np.int64]:
-    """Return the digits, shape (..., 8), of 2x2x2 designs given as numbers, shape (...)."""
-    return np.asarray(indices, dtype=np.int64)[..., np.newaxis] // POWERS % 3
-
-
-def stack_of(designs: Any) -> NDArray[np.uint8]:
+def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.uint8]:
     """Bring a batch of designs into one array.
 
     Parameters
     ----------
-    designs : Design, int, str, sequence of these, or ndarray
-        One design or many. A 1-D array or a list of ints holds design numbers of the 2x2x2 lattice,
-        an (n, 8) array rows of digits, an (n, nx, ny, nz) array digits indexed [x, y, z].
+    designs : Design, int, str, sequence of these, or array_like
+        One design or many. A 1-D array or a list of ints holds design numbers, an (n, sites) array
+        rows of digits, an (n, nx, ny, nz) array digits indexed [x, y, z]. Anything that NumPy can
+        make an array of is one.
+    shape : (int, int, int), optional
+        The lattice of numbers and rows of digits; otherwise 2x2x2.
 
     Returns
     -------
@@ -335,63 +335,74 @@ def stack_of(designs: Any) -> NDArray[np.uint8]:
     Raises
     ------
     TypeError, ValueError
-        As `Design` does, or where the designs do not share one lattice.
+        As `Design` does, where the designs do not share one lattice, or for a flat row of as many
+        digits as the lattice has sites: it may be one design or many numbers.
     """
+    lattice = None if shape is None else Lattice.of(shape)
     if isinstance(designs, (Design, str, int, np.integer)):
-        return Design(designs).array[np.newaxis]
-    if isinstance(designs, np.ndarray) and designs.dtype != object:
-        return _stack_of_array(designs)
+        return Design(designs, shape=lattice).array[np.newaxis]
+    array = _batch_array(designs)
+    if array is None:
+        return _stack_of_mixed(list(designs), lattice)
+    own = lattice or Lattice()
+    if array.ndim == 0:
+        return Design(array, shape=lattice).array[np.newaxis]
+    if array.ndim == 1 and array.size == 0:
+        return np.zeros((0, *own), dtype=np.uint8)
+    if array.ndim == 1:
+        if array.dtype.kind not in "iuO":
+            checked_digits(array)  # says what is wrong
+        _check_unambiguous(array, own)
+        return own.to_stack(own.digits(_whole_numbers(array)))
+    digits = checked_digits(array)
+    if digits.ndim == 2 and digits.shape[1] == own.sites:
+        return own.to_stack(digits)
+    if digits.ndim == 4 and lattice in (None, digits.shape[1:]):
+        Lattice.of(digits.shape[1:])
+        return digits
+    raise ValueError(
+        f"designs must be an array of shape (n,) of design numbers, (n, {own.sites}) of digits or "
+        f"(n, {', '.join(map(str, lattice)) if lattice else 'nx, ny, nz'}) of digits, "
+        f"got shape {array.shape}; give shape=(nx, ny, nz) for another lattice"
+    )
+
+
+def _batch_array(designs: Any) -> NDArray[Any] | None:
+    """Return a batch as an array; None for a sequence of designs written in different ways."""
+    if hasattr(designs, "__array__"):
+        array = np.asarray(designs)
+        return None if array.dtype.kind in "OU" and array.ndim == 1 else array
+    if isinstance(designs, (bytes, bytearray, memoryview)):
+        return _as_array(designs)
     try:
         rows = list(designs)
     except TypeError:
         raise TypeError(
             f"designs must be a design or a batch of designs, got {designs!r}"
         ) from None
-    if not rows:
-        return np.zeros((0, *DEFAULT_SHAPE), dtype=np.uint8)
     if all(isinstance(row, (int, np.integer)) for row in rows):
-        return _stack_of_array(_index_array(rows))
-    arrays = [Design(row).array for row in rows]
+        if any(isinstance(row, (bool, np.bool_)) for row in rows):
+            raise TypeError("designs must be whole numbers, got a bool")
+        return np.array(rows, dtype=object if any(abs(int(row)) >> 63 for row in rows) else None)
+    return None
+
+
+def _stack_of_mixed(rows: list[Any], lattice: Lattice | None) -> NDArray[np.uint8]:
+    if rows and all(isinstance(row, (int, np.integer)) for row in rows):  # an array of objects
+        return stack_of(rows, shape=lattice)
+    arrays = [Design(row, shape=lattice).array for row in rows]
     shapes = {array.shape for array in arrays}
     if len(shapes) > 1:
         raise ValueError(f"the designs of a batch must share one lattice, got {sorted(shapes)}")
     return np.stack(arrays)
 
 
-def _index_array(rows: list[Any]) -> NDArray[np.int64]:
-    for row in rows:
-        if isinstance(row, (bool, np.bool_)):
-            raise TypeError("designs must be whole numbers, got a bool")
-        _checked_index(as_index(row))
-    return np.array(rows, dtype=np.int64)
-
-
-def _checked_index(number: int) -> None:
-    _digits_of_index(number, DEFAULT_SHAPE)
-
-
-def _stack_of_array(array: NDArray[Any]) -> NDArray[np.uint8]:
-    if array.ndim == 0:
-        return Design(array[()]).array[np.newaxis]
-    if array.ndim == 1 and array.dtype.kind in "iu":
-        for extreme in (array.min(), array.max()) if array.size else ():
-            _checked_index(int(extreme))
-        return _rows_to_lattice(digits_of(array))
-    if array.ndim == 1:
-        return stack_of(list(array))
-    digits = checked_digits(array)
-    if digits.ndim == 2 and digits.shape[1] == N_SITES:
-        return _rows_to_lattice(digits)
-    if digits.ndim == 4:
-        checked_shape(digits.shape[1:])
-        return digits
-    raise ValueError(
-        "designs must be an array of shape (n,) of design numbers, (n, 8) of digits or "
-        f"(n, nx, ny, nz) of digits, got shape {array.shape}"
-    )
-
-
-def _rows_to_lattice(rows: NDArray[Any]) -> NDArray[np.uint8]:
-    """Turn rows of the 2x2x2 lattice's digits into arrays indexed [x, y, z]."""
-    nx, ny, nz = DEFAULT_SHAPE
-    return rows.astype(np.uint8).reshape(len(rows), nz, ny, nx).transpose(0, 3, 2, 1)
+def _check_unambiguous(numbers: NDArray[Any], lattice: Lattice) -> None:
+    """Refuse a row that may be meant as the digits of one design."""
+    if numbers.size == lattice.sites > 1 and numbers.min() >= ABSENT and numbers.max() <= ACTIVE:
+        row = numbers.tolist()
+        shown = row if len(row) <= 16 else f"a row of {len(row)} digits"
+        raise ValueError(
+            f"designs {shown} may be the digits of one design or {len(row)} design numbers; give "
+            "Design(row) or [row] for one design, [Design(i) for i in row] for numbers"
+        )

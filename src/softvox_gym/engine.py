@@ -140,8 +140,8 @@ def _name(isa: int) -> str:
     return _text(lib.sv_isa_name(isa))
 
 
-def _isa() -> int:
-    wanted = os.environ.get(ISA_VARIABLE)
+def _isa(name: str | None = None) -> int:
+    wanted = name or os.environ.get(ISA_VARIABLE)
     if not wanted:
         return int(lib.sv_isa_best())
     for isa in range(lib.SV_ISA_COUNT):
@@ -235,7 +235,13 @@ def _expect_done(code: int) -> None:
         raise RuntimeError(f"the engine refused a batch it had accepted (code {code})")
 
 
-def run(batch: Batch, *, threads: int | None = None, progress: Progress | None = None) -> Output:
+def run(
+    batch: Batch,
+    *,
+    threads: int | None = None,
+    isa: str | None = None,
+    progress: Progress | None = None,
+) -> Output:
     """Simulate a batch: one crossing into C per thread.
 
     Parameters
@@ -258,9 +264,9 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
         When interrupted; the workers have then stopped.
     """
     n, sites = batch.digits.shape
-    isa = _isa()
+    isa_code = _isa(isa)
     c_batch = _c_batch(batch)
-    plan, order = _plan(c_batch, lib.sv_isa_lanes(isa))
+    plan, order = _plan(c_batch, lib.sv_isa_lanes(isa_code))
     output = Output(
         status=np.zeros(n, dtype=np.int32),
         steps=np.zeros(n, dtype=np.int32),
@@ -270,7 +276,7 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
         frames=np.full((n, batch.frame_count, sites, 8), np.nan),
     )
     results, shared = _c_results(output), ffi.new("sv_progress *")
-    size = lib.sv_workspace_bytes(c_batch, isa)
+    size = lib.sv_workspace_bytes(c_batch, isa_code)
     codes: list[int] = []
 
     def work() -> None:
@@ -278,7 +284,7 @@ def run(batch: Batch, *, threads: int | None = None, progress: Progress | None =
             keep, workspace = _memory(size)
         except MemoryError:  # told by its missing code
             return
-        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa))
+        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa_code))
         del keep
 
     count = min(default_threads() if threads is None else threads, plan.blocks)

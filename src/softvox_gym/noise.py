@@ -7,139 +7,360 @@ designs for what only the simulator has.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import ceil
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.conditions import Conditions, held
-from softvox_gym.design import DEFAULT_SHAPE
+from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.portable import cos_sin, direction, exp, normal
+
+Array = NDArray[np.float64]
 
 #: A frequency is kept within so many standard deviations, and above this share of the nominal.
 FREQUENCY_DEVIATIONS = 5.0
 LEAST_FREQUENCY = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
-class Channels:
-    """How much each thing varies at level 1; the other levels scale it.
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """The parameters of k trials of one design, or of several designs in a row.
 
     Parameters
     ----------
-    strain : float
-        Standard deviation of each active voxel's amplitude, as a share of it; lasts for the run.
-    strain_per_cycle : float
-        The same, drawn anew for every voxel and cycle of actuation.
-    phase : float
-        Standard deviation of each voxel's phase, in cycles.
-    frequency : float
-        Standard deviation of the frequency of actuation, as a share of it. Actuation still begins
-        in the phase in which it nominally does.
-    friction : float
-        Standard deviation of the logarithm of the static and of the kinetic friction, drawn apart;
-        the kinetic is then at most the static.
-    stiffness, density : float
-        Standard deviation of their logarithms.
-    tilt : float
-        Standard deviation of the floor's tilt, degrees; towards any azimuth alike.
-    leak : float
-        Probability of each active voxel that its actuator leaks and it stays passive.
+    nominal : Physics
+        What holds where nothing else is said.
+    values : mapping of str to ndarray, shape (k,), for gravity (k, 3)
+        Parameters of the physics that differ from trial to trial.
+    strain : ndarray, shape (k, cycles, nx, ny, nz)
+        Amplitude of every voxel, cycle by cycle; the last holds on.
+    phase : ndarray, shape (k, nx, ny, nz)
+        Of every voxel's actuation, cycles.
+    """
+
+    nominal: Physics
+    values: Mapping[str, Array]
+    strain: Array
+    phase: Array
+
+    @classmethod
+    def of(cls, physics: Physics, lattice: Lattice, k: int) -> Trials:
+        """Return k trials under the physics as it stands."""
+        strain = np.full((k, 1, *lattice), float(physics.strain))
+        return cls(physics, {}, strain, np.zeros((k, *lattice)))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trials]) -> Trials:
+        """Return the trials of all parts in a row; they share their nominal physics."""
+        cycles = max(part.strain.shape[1] for part in parts)
+        names = {name: None for part in parts for name in part.values}
+        return cls(
+            parts[0].nominal,
+            {name: np.concatenate([part[name] for part in parts]) for name in names},
+            np.concatenate([held(part.strain, cycles) for part in parts]),
+            np.concatenate([part.phase for part in parts]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.phase)
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a parameter of the physics for every trial, shape (k,), gravity (k, 3)."""
+        if name in self.values:
+            return self.values[name]
+        if name == "gravity":
+            return np.tile(self.nominal.gravity_vector, (len(self), 1))
+        return np.full(len(self), float(getattr(self.nominal, name)))
+
+    def changed(
+        self, *, strain: Array | None = None, phase: Array | None = None, **values: Array
+    ) -> Trials:
+        """Return the trials with other amplitudes, phases or parameters of the physics."""
+        return replace(
+            self,
+            values={**self.values, **values},
+            strain=self.strain if strain is None else strain,
+            phase=self.phase if phase is None else phase,
+        )
+
+    @property
+    def physics(self) -> Physics:
+        """The nominal physics with the parameters of the trials in place of its own."""
+        values: dict[str, Any] = dict(self.values)
+        return replace(self.nominal, **values)
+
+
+def held(strain: Array, cycles: int) -> Array:
+    """Return the amplitudes for so many cycles at least; the last is held."""
+    missing = max(cycles - strain.shape[1], 0)
+    return np.concatenate([strain, np.repeat(strain[:, -1:], missing, axis=1)], axis=1)
+
+
+class Perturbation(Protocol):
+    """What differs from trial to trial, as `softvox_gym.evaluate` takes it.
+
+    Both methods draw from the design's own generator, so that a design's trials do not depend on
+    which others are evaluated with it.
+    """
+
+    def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
+        """Return the trials with parameters drawn anew."""
+        ...
+
+    def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
+        """Return what is measured of fitness values, shape (k,), voxel widths."""
+        ...
+
+
+class Source(NamedTuple):
+    """One thing that varies in `Jakobi` noise.
+
+    Parameters
+    ----------
+    name : str
+    default : float
+        Its amount at level 1.
+    about : str
+    draw : callable (rng, trials, cycles) -> ndarray
+        Random numbers, the same whatever the amount is.
+    apply : callable (trials, draws, amount) -> Trials
+    """
+
+    name: str
+    default: float
+    about: str
+    draw: Callable[[np.random.Generator, Trials, int], Any]
+    apply: Callable[[Trials, Any, float], Trials]
+
+
+def _per_voxel(rng: np.random.Generator, trials: Trials, cycles: int) -> Array:
+    return normal(rng, trials.phase.shape)
+
+
+def _per_trial(rng: np.random.Generator, trials: Trials, cycles: int) -> Array:
+    return normal(rng, len(trials))
+
+
+def _strain(trials: Trials, draws: Array, amount: float) -> Trials:
+    # An actuator may fail to inflate, but it does not suck.
+    factor = np.maximum(1 + amount * draws, 0.0)
+    return trials.changed(strain=trials.strain * factor[:, np.newaxis])
+
+
+def _leak(trials: Trials, draws: Array, amount: float) -> Trials:
+    leaks = (draws < amount)[:, np.newaxis]
+    return trials.changed(strain=np.where(leaks, 0.0, trials.strain))
+
+
+def _phase(trials: Trials, draws: Array, amount: float) -> Trials:
+    return trials.changed(phase=trials.phase + amount * draws)
+
+
+def _frequency(trials: Trials, draws: Array, amount: float) -> Trials:
+    deviation = np.clip(draws, -FREQUENCY_DEVIATIONS, FREQUENCY_DEVIATIONS)
+    nominal = trials["frequency_hz"]
+    frequency = nominal * np.maximum(1 + amount * deviation, LEAST_FREQUENCY)
+    # The pattern's clock runs from the start of settling, the pump's from its end.
+    begun = (nominal - frequency) * trials.nominal.settle_time
+    phase = trials.phase + begun[:, np.newaxis, np.newaxis, np.newaxis]
+    return trials.changed(frequency_hz=frequency, phase=phase)
+
+
+def _friction(trials: Trials, draws: Array, amount: float) -> Trials:
+    static, kinetic = exp(amount * draws)
+    friction_static = trials["friction_static"] * static
+    friction_kinetic = np.minimum(trials["friction_kinetic"] * kinetic, friction_static)
+    return trials.changed(friction_static=friction_static, friction_kinetic=friction_kinetic)
+
+
+def _scaled(name: str) -> Callable[[Trials, Array, float], Trials]:
+    """Return what multiplies a parameter by a number whose logarithm is normal."""
+
+    def apply(trials: Trials, draws: Array, amount: float) -> Trials:
+        return trials.changed(**{name: trials[name] * exp(amount * draws)})
+
+    return apply
+
+
+def _tilt(trials: Trials, draws: tuple[Array, Array], amount: float) -> Trials:
+    tilt = np.pi / 180 * (amount * draws[0])
+    return trials.changed(gravity=tilted(trials["gravity"], tilt, draws[1]))
+
+
+def _strain_per_cycle(trials: Trials, draws: Array, amount: float) -> Trials:
+    factor = held(1 + amount * draws, trials.strain.shape[1])
+    strain = held(trials.strain, draws.shape[1])
+    return trials.changed(strain=strain * np.maximum(factor, 0.0))
+
+
+#: In the order in which they draw. A new one goes to the end: it then changes no other's draws.
+SOURCES = (
+    Source(
+        "strain",
+        0.10,
+        "standard deviation of each active voxel's amplitude, as a share of it; lasts for the run",
+        _per_voxel,
+        _strain,
+    ),
+    Source(
+        "leak",
+        0.01,
+        "probability of each active voxel that its actuator leaks and it stays passive",
+        lambda rng, trials, cycles: rng.random(trials.phase.shape),
+        _leak,
+    ),
+    Source("phase", 0.02, "standard deviation of each voxel's phase, cycles", _per_voxel, _phase),
+    Source(
+        "frequency",
+        0.02,
+        "standard deviation of the frequency of actuation, as a share of it; actuation still "
+        "begins in the phase in which it nominally does",
+        _per_trial,
+        _frequency,
+    ),
+    Source(
+        "friction",
+        0.2,
+        "standard deviation of the logarithm of the static and of the kinetic friction, drawn "
+        "apart; the kinetic is then at most the static",
+        lambda rng, trials, cycles: normal(rng, (2, len(trials))),
+        _friction,
+    ),
+    Source(
+        "stiffness",
+        0.05,
+        "standard deviation of the logarithm of Young's modulus",
+        _per_trial,
+        _scaled("youngs_modulus"),
+    ),
+    Source(
+        "density",
+        0.05,
+        "standard deviation of the logarithm of the density",
+        _per_trial,
+        _scaled("density"),
+    ),
+    Source(
+        "tilt",
+        1.0,
+        "standard deviation of the floor's tilt, degrees; towards any azimuth alike",
+        lambda rng, trials, cycles: (normal(rng, len(trials)), direction(rng, len(trials))),
+        _tilt,
+    ),
+    Source(
+        "strain_per_cycle",
+        0.10,
+        "as strain, drawn anew for every voxel and cycle of actuation",
+        lambda rng, trials, cycles: normal(rng, (len(trials), cycles, *trials.phase.shape[1:])),
+        _strain_per_cycle,
+    ),
+)
+
+#: Names and amounts at level 1.
+AMOUNTS = {source.name: source.default for source in SOURCES}
+
+
+@dataclass(frozen=True, init=False)
+class Jakobi:
+    """Noise on what a real robot and its floor have differently each time, drawn for every trial.
+
+    Parameters
+    ----------
+    level : float
+        0 is no noise, 1 the assumed real variability, 2 double it.
+    **amounts
+        At level 1, by the names of `AMOUNTS`; `SOURCES` tells what each is.
 
     Raises
     ------
     TypeError, ValueError
-        For one that is not a finite number of at least 0, or a leak above 1.
+        For an unknown source of noise, listing the known ones; for a level or an amount that is
+        not a finite number of at least 0; or a leak above 1.
+
+    Notes
+    -----
+    Every source draws the same random numbers whatever the amounts are, so that a level or a
+    source can be changed with everything else equal. The duration of a run stays, so that a
+    faster actuation has more cycles.
     """
 
-    strain: float = 0.10
-    strain_per_cycle: float = 0.10
-    phase: float = 0.02
-    frequency: float = 0.02
-    friction: float = 0.2
-    stiffness: float = 0.05
-    density: float = 0.05
-    tilt: float = 1.0
-    leak: float = 0.01
+    level: float
+    amounts: Mapping[str, float] = field(hash=False)
 
-    def __post_init__(self) -> None:
-        for f in fields(self):
-            object.__setattr__(self, f.name, not_negative(f.name, getattr(self, f.name)))
-        if self.leak > 1:
-            raise ValueError(f"leak must be a probability, at most 1, got {self.leak}")
+    def __init__(self, level: float = 1.0, **amounts: float) -> None:
+        for name in amounts:
+            if name not in AMOUNTS:
+                raise ValueError(
+                    f"JakobiNoise has no source {name!r}; they are {', '.join(AMOUNTS)}"
+                )
+        checked = {
+            name: not_negative(name, amounts.get(name, default))
+            for name, default in AMOUNTS.items()
+        }
+        if checked["leak"] > 1:
+            raise ValueError(f"leak must be a probability, at most 1, got {checked['leak']}")
+        object.__setattr__(self, "level", not_negative("level", level))
+        object.__setattr__(self, "amounts", checked)
 
-    def at(self, level: float) -> Channels:
-        """Return the amounts at another level; a leak is at most certain."""
-        amounts = {f.name: level * getattr(self, f.name) for f in fields(self)}
-        return Channels(**{**amounts, "leak": min(amounts["leak"], 1.0)})
+    def at_level(self, name: str) -> float:
+        """Return the amount of a source at this level; a leak is at most certain."""
+        amount = self.level * self.amounts[name]
+        return min(amount, 1.0) if name == "leak" else amount
 
-    def disturb(
-        self,
-        conditions: Conditions,
-        rng: np.random.Generator,
-        *,
-        cycles: int,
-        settle_time: float,
-    ) -> Conditions:
-        """Return the conditions of some trials of one design, disturbed.
-
-        Every channel draws the same random numbers whatever the amounts are, so that a level or a
-        channel can be changed with everything else equal.
-
-        Parameters
-        ----------
-        conditions : Conditions
-        rng : numpy.random.Generator
-        cycles : int
-            For how many cycles of actuation the strain is drawn; see `cycles_to_draw`.
-        settle_time : float
-            s, when actuation begins.
-        """
-        k = len(conditions.phase)
-        sites = (k, *DEFAULT_SHAPE)
-        strain = 1 + self.strain * normal(rng, sites)
-        leaks = rng.random(sites) < self.leak
-        phase = self.phase * normal(rng, sites)
-        deviation = np.clip(normal(rng, k), -FREQUENCY_DEVIATIONS, FREQUENCY_DEVIATIONS)
-        frequency = 1 + self.frequency * deviation
-        static, kinetic = exp(self.friction * normal(rng, (2, k)))
-        stiffness = exp(self.stiffness * normal(rng, k))
-        density = exp(self.density * normal(rng, k))
-        tilt = np.pi / 180 * (self.tilt * normal(rng, k))
-        downhill = direction(rng, k)
-        per_cycle = 1 + self.strain_per_cycle * normal(rng, (k, cycles, *DEFAULT_SHAPE))
-        per_cycle = held(per_cycle, conditions.strain.shape[1])
-
-        friction_static = conditions.friction_static * static
-        frequency_hz = conditions.frequency_hz * np.maximum(frequency, LEAST_FREQUENCY)
-        # The pattern's clock runs from the start of settling, the pump's from its end.
-        begun = (conditions.frequency_hz - frequency_hz) * settle_time
-        return replace(
-            conditions,
-            # An actuator may fail to inflate, but it does not suck.
-            strain=held(conditions.strain, cycles)
-            * np.where(leaks, 0.0, np.maximum(strain, 0.0))[:, np.newaxis]
-            * np.maximum(per_cycle, 0.0),
-            phase=conditions.phase + phase + begun[:, np.newaxis, np.newaxis, np.newaxis],
-            frequency_hz=frequency_hz,
-            friction_static=friction_static,
-            friction_kinetic=np.minimum(conditions.friction_kinetic * kinetic, friction_static),
-            youngs_modulus=conditions.youngs_modulus * stiffness,
-            density=conditions.density * density,
-            gravity=tilted(conditions.gravity, tilt, downhill),
-        )
-
-    def cycles_to_draw(self, physics: Physics) -> int:
-        """Return how many cycles the fastest actuation has, within the bounds of the frequency."""
-        fastest = 1 + FREQUENCY_DEVIATIONS * self.frequency
+    def cycles(self, physics: Physics) -> int:
+        """Return for how many cycles of actuation strain is drawn: those of the fastest."""
+        fastest = 1 + FREQUENCY_DEVIATIONS * self.at_level("frequency")
         return ceil(float(physics.cycles) * fastest) + 1
 
+    def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
+        """Return the trials with every source drawn anew; at level 0 as they are."""
+        if not self.level:
+            return trials
+        cycles = self.cycles(trials.nominal)
+        for source in SOURCES:
+            draws = source.draw(rng, trials, cycles)
+            trials = source.apply(trials, draws, self.at_level(source.name))
+        return trials
 
-def tilted(
-    gravity: NDArray[np.float64], tilt: NDArray[np.float64], downhill: NDArray[np.float64]
-) -> NDArray[np.float64]:
+    def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
+        """Return the fitness as it is."""
+        return fitness
+
+
+@dataclass(frozen=True)
+class MeasurementNoise:
+    """A normal error on the measured fitness alone; the robot travels as it would.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation, voxel widths.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For a sigma that is not a finite number of at least 0.
+    """
+
+    sigma: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sigma", not_negative("sigma", self.sigma))
+
+    def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
+        """Return the trials as they are."""
+        return trials
+
+    def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
+        """Return the fitness with an error on every value; nothing is drawn where sigma is 0."""
+        return fitness + self.sigma * normal(rng, fitness.shape) if self.sigma else fitness
+
+
+def tilted(gravity: Array, tilt: Array, downhill: Array) -> Array:
     """Return gravity as seen from a tilted floor, shape (k, 3).
 
     Parameters

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import entry_points
 from math import prod
 from typing import Any
 
@@ -12,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import engine
-from softvox_gym.design import ACTIVE, Design, Shape, stack_of
+from softvox_gym.design import ACTIVE, Design, as_html, stack_of
+from softvox_gym.lattice import Lattice
 from softvox_gym.physics import MOST, Physics
 
 
@@ -51,8 +51,7 @@ class Result:
     designs : ndarray of uint8, shape (n, nx, ny, nz)
         The digits that were simulated.
     physics : Physics
-    status : ndarray of str, shape (n,)
-        "ok" or "diverged".
+    diverged : ndarray of bool, shape (n,)
     displacement : ndarray, shape (n, 3)
         dx, dy, dz of the centre of mass in voxel widths (cm for the paper's 1 cm voxel), from the
         end of settling to the end of the run; NaN where diverged, 0 for the empty design.
@@ -68,7 +67,7 @@ class Result:
 
     designs: NDArray[np.uint8]
     physics: Physics
-    status: NDArray[np.str_]
+    diverged: NDArray[np.bool_]
     displacement: NDArray[np.float64]
     start: NDArray[np.float64]
     end: NDArray[np.float64]
@@ -77,17 +76,17 @@ class Result:
     frames: Frames | None
 
     def __len__(self) -> int:
-        return len(self.status)
+        return len(self.designs)
 
     def __repr__(self) -> str:
-        shape = "x".join(map(str, self.designs.shape[1:]))
-        diverged = int(np.count_nonzero(self.status != "ok"))
+        diverged = int(np.count_nonzero(self.diverged))
         best = float(np.nanmax(self.fitness)) if diverged < len(self) else float("nan")
-        return f"Result({len(self)} designs on {shape}, {diverged} diverged, best {best:.2f})"
+        lattice = Lattice(*self.designs.shape[1:])
+        return f"Result({len(self)} designs on {lattice}, {diverged} diverged, best {best:.2f})"
 
     def _repr_html_(self) -> str | None:
         """Return what a notebook shows: the fittest designs, moving where there are frames."""
-        return shown_in_notebook(self)
+        return as_html(self)
 
     @cached_property
     def fitness(self) -> NDArray[np.float64]:
@@ -111,6 +110,7 @@ def simulate(
     track: int = 0,
     frames: int = 0,
     threads: int | None = None,
+    isa: str | None = None,
     progress: engine.Progress | None = None,
 ) -> Result:
     """Simulate a batch of designs.
@@ -138,6 +138,8 @@ def simulate(
         Steps between full frames; 0 for none.
     threads : int, optional
         At most this many; all processors of the process where None.
+    isa : str, optional
+        Instruction set, one of `softvox_gym.engine.isa_names()`; the widest where None.
     progress : callable (done, total), optional
         Called now and then with the number of designs finished.
 
@@ -173,12 +175,13 @@ def simulate(
     if physics.n_designs not in (None, n):
         raise ValueError(f"physics has arrays for {physics.n_designs} designs, but there are {n}")
 
+    lattice = Lattice(*stack.shape[1:])
     batch = engine.Batch(
-        shape=_lattice(stack),
-        digits=_in_site_order(stack),
+        shape=lattice,
+        digits=lattice.to_rows(stack),
         parameters=_parameters(physics, n),
         strain=_strain(strain, physics, stack),
-        phase=None if phase is None else _in_site_order(_per_voxel("phase", phase, stack)),
+        phase=None if phase is None else lattice.to_rows(_per_voxel("phase", phase, stack)),
         edge=physics.edge,
         pumped_rest=physics.pumped_rest,
         settle_time=physics.settle_time,
@@ -188,15 +191,8 @@ def simulate(
         frame_every=int(frames),
         frame_count=_frame_count(physics, int(frames)),
     )
-    return _result(stack, physics, batch, engine.run(batch, threads=threads, progress=progress))
-
-
-def shown_in_notebook(value: Any) -> str | None:
-    """Return a value as HTML by the entry points `softvox_gym.notebook`; None where none can."""
-    for entry in entry_points(group="softvox_gym.notebook"):
-        shown: str | None = entry.load()(value)
-        return shown
-    return None
+    output = engine.run(batch, threads=threads, isa=isa, progress=progress)
+    return _result(stack, physics, batch, output)
 
 
 def check_count(name: str, value: Any, *, least: int) -> None:
@@ -211,25 +207,6 @@ def check_count(name: str, value: Any, *, least: int) -> None:
         raise TypeError(f"{name} must be a whole number, got {value!r}")
     if not least <= value <= MOST:
         raise ValueError(f"{name} must be at least {least} and at most {MOST}, got {value}")
-
-
-def _lattice(stack: NDArray[np.uint8]) -> Shape:
-    _, nx, ny, nz = stack.shape
-    return nx, ny, nz
-
-
-def _in_site_order(values: NDArray[Any]) -> NDArray[Any]:
-    """Flatten the last three axes, indexed [x, y, z], to site indices x + nx (y + ny z)."""
-    *leading, nx, ny, nz = values.shape
-    axes = (*range(len(leading)), *range(values.ndim - 1, len(leading) - 1, -1))
-    return np.ascontiguousarray(values.transpose(axes)).reshape(*leading, nx * ny * nz)
-
-
-def _from_site_order(values: NDArray[Any], shape: Shape, axis: int) -> NDArray[Any]:
-    """Undo `_in_site_order` for the sites at the given axis."""
-    nx, ny, nz = shape
-    split = values.reshape(*values.shape[:axis], nz, ny, nx, *values.shape[axis + 1 :])
-    return split.swapaxes(axis, axis + 2)
 
 
 def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64]:
@@ -263,7 +240,7 @@ def _strain(
     if array.ndim == 4:
         array = array[:, np.newaxis]
     _check_contraction(array, physics, stack)
-    return _in_site_order(array)
+    return Lattice(*stack.shape[1:]).to_rows(array)
 
 
 def _check_contraction(
@@ -324,7 +301,7 @@ def _result(
     return Result(
         designs=stack,
         physics=physics,
-        status=engine.STATUS_NAMES[diverged.astype(np.intp)],
+        diverged=diverged,
         displacement=displacement,
         start=output.start,
         end=output.end,
@@ -341,7 +318,8 @@ def _has_fitness(displacement: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _frames(batch: engine.Batch, output: engine.Output) -> Frames:
-    values = _from_site_order(output.frames, batch.shape, axis=2)
+    # (n, k, sites, 8): the sites last, split, and the eight values last again.
+    values = np.moveaxis(Lattice(*batch.shape).to_stack(np.moveaxis(output.frames, 2, -1)), 2, -1)
     step = np.arange(batch.frame_count) * batch.frame_every
     return Frames(
         step=step,

@@ -12,8 +12,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.bench import Bench, TableBench
-from softvox_gym.envs import single
+from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
+from softvox_gym.evaluation import PhysicsLike
 from softvox_gym.rendering import Pose, render
 from softvox_gym.simulation import check_count
 
@@ -33,8 +33,9 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
     ----------
     num_envs : int
         Designs per step.
+    shape : (int, int, int)
     physics : str, dict or Physics
-        As `SoftVoxEnv` takes it; one for the whole batch.
+        As `SoftVoxEnv` takes them; one for the whole batch.
     render_mode : {"rgb_array"}, optional
     autoreset_mode : str or AutoresetMode
         "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
@@ -53,27 +54,29 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         self,
         num_envs: int = 1,
         *,
-        physics: single.PhysicsLike = "published",
+        shape: Sequence[int] = (2, 2, 2),
+        physics: PhysicsLike = "published",
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
     ) -> None:
         if threads is not None:
             check_count("threads", threads, least=1)
-        checked = single.single_physics(physics)
-        self.render_mode = single.checked_render_mode(render_mode)
-        bench = Bench(checked, with_poses=render_mode is not None, threads=threads)
-        self._set_up(num_envs, bench, autoreset_mode)
+        evaluator = Evaluator.of(shape, physics, render_mode, threads=threads)
+        self._set_up(num_envs, evaluator, autoreset_mode)
 
-    def _set_up(self, num_envs: int, bench: Bench, autoreset_mode: str | AutoresetMode) -> None:
+    def _set_up(
+        self, num_envs: int, evaluator: Evaluator, autoreset_mode: str | AutoresetMode
+    ) -> None:
         check_count("num_envs", num_envs, least=1)
         self.num_envs = num_envs = int(num_envs)
-        self.bench = bench
-        self.physics = bench.physics
+        self.evaluator = evaluator
+        self.physics = evaluator.physics
+        self.render_mode = evaluator.render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**single.METADATA, "autoreset_mode": self.autoreset_mode}
-        self.single_action_space = single.action_space()
-        self.single_observation_space = single.observation_space(self.physics)
+        self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
+        self.single_action_space = evaluator.action_space
+        self.single_observation_space = evaluator.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
 
@@ -149,12 +152,12 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             raise ResetNeeded("cannot call step() before reset()")
         if self.autoreset_mode is AutoresetMode.DISABLED:
             assert not self._is_over.any(), f"reset these first, they are over: {self._is_over}"
-        rows = single.checked_actions(np.asarray(actions))
-        if len(rows) != self.num_envs:
-            raise ValueError(f"actions must be {self.num_envs} designs, got {len(rows)}")
+        batch = Action.of(actions)
+        if batch.ndim and len(batch) != self.num_envs:
+            raise ValueError(f"actions must be {self.num_envs} designs, got {len(batch)}")
 
         steps = ~self._is_over
-        rewards, infos = self._simulate(steps, rows)
+        rewards, infos = self._simulate(steps, batch)
         self._start_anew(~steps)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             self._start_anew(steps)
@@ -178,21 +181,20 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         return tuple(render(pose) for pose in self._poses)
 
     def _simulate(
-        self, steps: NDArray[np.bool_], rows: NDArray[Any]
+        self, steps: NDArray[np.bool_], actions: Action
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Try the designs of the environments that step; return rewards and batched infos."""
         which = np.flatnonzero(steps)
         rewards = np.zeros(self.num_envs)
         if len(which) == 0:
             return rewards, {}
-        outcome, poses = self.bench.run(
-            rows[which], lambda: [self._seeded_generator(int(i)) for i in which]
+        observations, rewards[which], told, poses = self.evaluator.run(
+            actions[which], lambda: [self._seeded_generator(int(i)) for i in which]
         )
-        rewards[which] = outcome.rewards
-        self._observations[which] = outcome.observations
+        self._observations[which] = observations
         for i, pose in zip(which, poses, strict=False):
             self._poses[i] = pose
-        infos: dict[str, Any] = self._batched(outcome.infos(), which)
+        infos: dict[str, Any] = batched(told, which, self.num_envs)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             final = np.full(self.num_envs, None, dtype=object)
             for i in which:
@@ -204,21 +206,6 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
                 "_final_info": steps.copy(),
             }
         return rewards, infos
-
-    def _batched(
-        self, told: dict[str, NDArray[Any]], which: NDArray[np.intp]
-    ) -> dict[str, NDArray[Any]]:
-        """Return infos of some environments with a row for each of all, and masks of the some."""
-        infos: dict[str, NDArray[Any]] = {}
-        for key, column in told.items():
-            if column.dtype == object:
-                infos[key] = np.full(self.num_envs, None, dtype=object)
-            else:
-                infos[key] = np.zeros((self.num_envs, *column.shape[1:]), dtype=column.dtype)
-            infos[key][which] = column
-            infos[f"_{key}"] = np.zeros(self.num_envs, dtype=np.bool_)
-            infos[f"_{key}"][which] = True
-        return infos
 
     def _start_anew(self, which: NDArray[np.bool_]) -> None:
         """Bring environments to the state after a reset."""
@@ -268,6 +255,19 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         return generator
 
 
+def batched(
+    columns: dict[str, NDArray[Any]], which: NDArray[np.intp], n: int
+) -> dict[str, NDArray[Any]]:
+    """Return infos of some environments with a row for each of n, and masks of the some."""
+    infos: dict[str, NDArray[Any]] = {}
+    for key, column in columns.items():
+        infos[key] = np.zeros((n, *column.shape[1:]), dtype=column.dtype)
+        infos[key][which] = column
+        infos[f"_{key}"] = np.zeros(n, dtype=np.bool_)
+        infos[f"_{key}"][which] = True
+    return infos
+
+
 class SoftVoxTableVectorEnv(SoftVoxVectorEnv):
     """`SoftVoxTableEnv` for a batch of designs: a million evaluations per second.
 
@@ -289,6 +289,5 @@ class SoftVoxTableVectorEnv(SoftVoxVectorEnv):
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
-        self.render_mode = single.checked_render_mode(render_mode)
-        bench = TableBench(with_poses=render_mode is not None)
-        self._set_up(num_envs, bench, autoreset_mode)
+        evaluator = Evaluator.of((2, 2, 2), "published", render_mode, from_table=True)
+        self._set_up(num_envs, evaluator, autoreset_mode)

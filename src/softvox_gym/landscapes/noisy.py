@@ -8,16 +8,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib.resources import files
-from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS, digits_of
 from softvox_gym.engine import Progress
+from softvox_gym.evaluation import Evaluation, evaluate
 from softvox_gym.landscapes import table
-from softvox_gym.wrappers.vector import JakobiNoise, Resample
+from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.noise import Jakobi
 
 #: In the package's folder `data/computed`.
 STATISTICS = "noise.npz"
@@ -171,25 +170,28 @@ def sample(
     parts = [np.zeros(0, dtype=ROW)]
     for begin in range(0, len(designs), batch):
         some = np.asarray(designs[begin : begin + batch])
-        bare: Any = gym.make_vec("SoftVox2x2x2-v0", num_envs=len(some))
-        env: Any = Resample(JakobiNoise(bare, level), draws)
-        env.reset(seed=[int(seed) for seed in seeds[begin : begin + batch]])
-        infos = env.step(digits_of(some))[4]
-        parts.append(_statistics(infos, draws))
+        tried = evaluate(
+            some,
+            perturbations=[Jakobi(level)],
+            trials=draws,
+            seed=[np.random.default_rng(int(seed)) for seed in seeds[begin : begin + batch]],
+        )
+        parts.append(_statistics(some, tried))
         if progress is not None:
             progress(draws * (begin + len(some)), draws * len(designs))
     return np.concatenate(parts)
 
 
-def _statistics(infos: dict[str, Any], draws: int) -> NDArray[np.void]:
-    values, displacements = infos["values"], infos["displacements"]
+def _statistics(designs: NDArray[np.int64], tried: Evaluation) -> NDArray[np.void]:
+    values = tried.fitness
+    draws = values.shape[1]
     rows = np.zeros(len(values), dtype=ROW)
-    rows["design"] = infos["design"]
+    rows["design"] = designs
     rows["mean"] = values.mean(axis=1)
     rows["std"] = values.std(axis=1, ddof=1) if draws > 1 else np.nan
     rows["q10"] = np.quantile(values, 0.1, axis=1)
     rows["min"] = values.min(axis=1)
-    rows["p_diverged"] = np.isnan(displacements[..., 0]).mean(axis=1)
-    rows["dx"], rows["dy"] = infos["displacement"][:, :2].T
+    rows["p_diverged"] = tried.diverged.mean(axis=1)
+    rows["dx"], rows["dy"] = tried.mean_displacement[:, :2].T
     rows["draws"] = draws
     return rows

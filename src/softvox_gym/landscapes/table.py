@@ -10,8 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS, Design
-from softvox_gym.outcome import body_facts
+from softvox_gym.design import BodyFacts
+from softvox_gym.evaluation import Evaluation
+from softvox_gym.lattice import Lattice
+
+#: The lattice of the paper.
+LATTICE = Lattice(2, 2, 2)
+N_DESIGNS = LATTICE.n_designs
 
 #: In the package's folder `data/computed`: the movement tracks, and where they come from.
 TRACKS, ORIGIN = "landscape.npz", "landscape.json"
@@ -27,7 +32,7 @@ ROW = np.dtype(
         ("dy", np.float64),
         ("dz", np.float64),
         ("fitness", np.float64),
-        ("status", "U8"),
+        ("diverged", np.bool_),
     ]
 )
 
@@ -53,7 +58,7 @@ def landscape() -> NDArray[np.void]:
     -------
     structured ndarray, shape (6561,)
         Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
-        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); status. A
+        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged. A
         fresh copy; `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
 
     Examples
@@ -68,16 +73,17 @@ def landscape() -> NDArray[np.void]:
 @lru_cache(maxsize=1)
 def _landscape() -> NDArray[np.void]:
     displacement = tracks().track[:, -1]
-    bodies = body_facts()
+    rows = LATTICE.digits(np.arange(N_DESIGNS))
+    bodies = BodyFacts.of(rows, LATTICE)
     table = np.empty(N_DESIGNS, dtype=ROW)
     table["design"] = np.arange(N_DESIGNS)
-    table["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
+    table["digits"] = ["".join(map(str, row)) for row in rows.tolist()]
     for name in bodies._fields:
         table[name] = getattr(bodies, name)
     for axis, name in enumerate(("dx", "dy", "dz")):
         table[name] = displacement[:, axis]
     table["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
-    table["status"] = "ok"
+    table["diverged"] = False
     return table
 
 
@@ -92,6 +98,25 @@ def tracks() -> Tracks:
     for values in made:
         values.flags.writeable = False
     return made
+
+
+def looked_up(stack: NDArray[np.uint8]) -> Evaluation:
+    """Return what `softvox_gym.evaluate` would of designs under `Physics.published`.
+
+    Parameters
+    ----------
+    stack : ndarray of uint8, shape (n, 2, 2, 2)
+    """
+    design = LATTICE.numbers(LATTICE.to_rows(stack))
+    track, steps = tracks()
+    end = track[design, -1]
+    return Evaluation(
+        designs=stack,
+        fitness=np.sqrt(end[:, :1] ** 2 + end[:, 1:2] ** 2),
+        displacement=end[:, np.newaxis],
+        track=track[design][:, np.newaxis],
+        steps=steps[design].astype(np.int64)[:, np.newaxis],
+    )
 
 
 def origin() -> dict[str, Any]:

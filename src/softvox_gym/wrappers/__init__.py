@@ -14,33 +14,49 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from softvox_gym.aggregates import aggregate_of, standard_error
-from softvox_gym.conditions import Conditions
-from softvox_gym.envs.single import Observation
-from softvox_gym.noise import Channels, not_negative
-from softvox_gym.portable import normal
-from softvox_gym.simulation import check_count
-from softvox_gym.wrappers._chain import (
-    bench_of,
-    chain,
-    disturbable_bench_of,
+from softvox_gym.envs.evaluator import Action
+from softvox_gym.envs.single import Observation, plain
+from softvox_gym.wrappers.steps import (
+    JakobiStep,
+    MeasuredStep,
+    ResampleStep,
+    Wrapping,
     is_noisy,
     silent,
 )
 
 __all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy", "silent"]
 
-Action = NDArray[np.int64]
+Env = gym.Env[Observation, NDArray[np.int64]]
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
-Wrapper = gym.Wrapper[Observation, Action, Observation, Action]
 
 
-class JakobiNoise(Wrapper, RecordConstructorArgs):
+class _Wrapper(
+    Wrapping,
+    gym.Wrapper[Observation, NDArray[np.int64], Observation, NDArray[np.int64]],
+    RecordConstructorArgs,
+):
+    """A wrapper around a single environment: a batch of one."""
+
+    def step(self, action: NDArray[np.int64]) -> Step:
+        """Try the design; a step that only resets passes through."""
+        asked = Action.of(action)
+        observation, reward, terminated, truncated, info = self.env.step(self.before(asked))
+        if "fitness" not in info:
+            return observation, reward, terminated, truncated, info
+        columns = {key: np.asarray(value)[np.newaxis] for key, value in info.items()}
+        rewards, changed = self.after(
+            asked, np.array([reward], dtype=np.float64), columns, lambda: [self.np_random]
+        )
+        told = {**info, **{key: plain(column[0]) for key, column in changed.items()}}
+        return observation, float(rewards[0]), terminated, truncated, told
+
+
+class JakobiNoise(JakobiStep, _Wrapper):
     """Noise on what a real robot and its floor have differently each time.
 
-    Every evaluation draws from the environment's ``np_random``, in this order: a factor on every
-    voxel's strain, leaks, phases, frequency, the two frictions, stiffness, density, the floor's
-    tilt and its direction, and a factor on the strain of every voxel and cycle.
+    Every evaluation draws from the environment's ``np_random``, source by source in the order of
+    `softvox_gym.noise.SOURCES`.
 
     Parameters
     ----------
@@ -48,11 +64,11 @@ class JakobiNoise(Wrapper, RecordConstructorArgs):
         `SoftVoxEnv`, perhaps in other wrappers.
     level : float
         0 is exactly the bare environment, 1 the assumed real variability, 2 double it.
-    **channels
-        The amounts at level 1; see `softvox_gym.noise.Channels`:
+    **amounts
+        The amounts at level 1; see `softvox_gym.noise.SOURCES`:
 
         ================= ======= ======================================================
-        channel           default meaning
+        source            default meaning
         ================= ======= ======================================================
         strain            0.10    standard deviation per active voxel, share of the strain
         strain_per_cycle  0.10    the same, drawn anew per cycle and voxel
@@ -69,7 +85,7 @@ class JakobiNoise(Wrapper, RecordConstructorArgs):
     ------
     TypeError, ValueError
         For an environment that is not this package's or answers from the table, an unknown
-        channel, or an amount or a level that is not a finite number of at least 0.
+        source, or an amount or a level that is not a finite number of at least 0.
 
     Notes
     -----
@@ -79,30 +95,18 @@ class JakobiNoise(Wrapper, RecordConstructorArgs):
     Source: Jakobi, Husbands & Harvey, "Noise and the reality gap", ECAL 1995.
     """
 
-    def __init__(
-        self, env: gym.Env[Observation, Action], level: float = 1.0, **channels: Any
-    ) -> None:
-        RecordConstructorArgs.__init__(self, level=level, **channels)
-        super().__init__(env)
-        self.level = not_negative("level", level)
-        self.channels = channels_of(channels)
-        self.is_noisy = self.level > 0
-        self._disturbance = Disturbing(env, self.channels.at(self.level)) if self.level else None
-
-    def step(self, action: Action) -> Step:
-        """Try the design under conditions drawn anew."""
-        if self._disturbance is None:
-            return self.env.step(action)
-        with self._disturbance.bench.disturbed(self._disturbance):
-            return self.env.step(action)
+    def __init__(self, env: Env, level: float = 1.0, **amounts: Any) -> None:
+        RecordConstructorArgs.__init__(self, level=level, **amounts)
+        gym.Wrapper.__init__(self, env)
+        JakobiStep.__init__(self, env, level, amounts)
 
 
-class Resample(Wrapper, RecordConstructorArgs):
+class Resample(ResampleStep, _Wrapper):
     """Tries every design n times, and rewards an aggregate of its values.
 
     All trials of a step go into C together. A trial that diverged has the value 0. The observation
     is the mean track; in the info, ``displacement`` is the mean of the trials that did not diverge,
-    ``status`` is "diverged" only where all did, ``steps`` counts all trials, and there are also
+    ``diverged`` is true only where all did, ``steps`` counts all trials, and there are also
 
     ============== ======= =====================================================
     key            shape
@@ -129,29 +133,13 @@ class Resample(Wrapper, RecordConstructorArgs):
         number, or an unknown aggregate.
     """
 
-    def __init__(self, env: gym.Env[Observation, Action], n: int, aggregate: str = "mean") -> None:
+    def __init__(self, env: Env, n: int, aggregate: str = "mean") -> None:
         RecordConstructorArgs.__init__(self, n=n, aggregate=aggregate)
-        super().__init__(env)
-        check_resample(env, n)
-        self.n = int(n)
-        self.aggregate = aggregate
-        self._aggregate = aggregate_of(aggregate)
-        self._bench = bench_of(env, "Resample")
-
-    def step(self, action: Action) -> Step:
-        """Try the design n times."""
-        with self._bench.repeated(self.n):
-            observation, _, terminated, truncated, info = self.env.step(action)
-        values = info["values"]
-        reward = float(self._aggregate(values))
-        if info["status"] == "ok":
-            info["fitness"] = reward
-        info["mean"] = float(values.mean())
-        info["standard_error"] = float(standard_error(values))
-        return observation, reward, terminated, truncated, info
+        gym.Wrapper.__init__(self, env)
+        ResampleStep.__init__(self, env, n, aggregate)
 
 
-class FitnessNoise(Wrapper, RecordConstructorArgs):
+class FitnessNoise(MeasuredStep, _Wrapper):
     """Noise on the measurement of the fitness alone; the robot travels as it would.
 
     Adds a normal error to the reward and to ``info["fitness"]``, drawn from the environment's
@@ -171,81 +159,7 @@ class FitnessNoise(Wrapper, RecordConstructorArgs):
         For another environment, or a sigma that is not a finite number of at least 0.
     """
 
-    def __init__(self, env: gym.Env[Observation, Action], sigma: float) -> None:
+    def __init__(self, env: Env, sigma: float) -> None:
         RecordConstructorArgs.__init__(self, sigma=sigma)
-        super().__init__(env)
-        self.sigma = not_negative("sigma", sigma)
-        self.is_noisy = self.sigma > 0
-        self._bench = bench_of(env, "FitnessNoise")
-
-    def step(self, action: Action) -> Step:
-        """Try the design, and measure with an error."""
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        if not self.is_noisy:
-            return observation, reward, terminated, truncated, info
-        if self._bench.repeats is not None:
-            errors = self.sigma * normal(self.np_random, len(info["values"]))
-            info["values"] = measured(info["values"], errors, info["displacements"])
-            reward = float(info["values"].mean())
-        else:
-            error = self.sigma * normal(self.np_random, 1)[0]
-            reward = float(measured(reward, error, info["displacement"]))
-        if info["status"] == "ok":
-            info["fitness"] = reward
-        return observation, reward, terminated, truncated, info
-
-
-class Disturbing:
-    """The disturbance of an environment by noise of some amounts."""
-
-    def __init__(self, env: Any, amounts: Channels) -> None:
-        self.bench = disturbable_bench_of(env, "JakobiNoise")
-        self._amounts = amounts
-        self._cycles = amounts.cycles_to_draw(self.bench.physics)
-        self._settle_time = self.bench.physics.settle_time
-
-    def __call__(self, conditions: Conditions, rng: np.random.Generator) -> Conditions:
-        """Return the conditions, disturbed."""
-        return self._amounts.disturb(
-            conditions, rng, cycles=self._cycles, settle_time=self._settle_time
-        )
-
-
-def channels_of(amounts: dict[str, float]) -> Channels:
-    """Return the channels of the given names.
-
-    Raises
-    ------
-    TypeError, ValueError
-        For an unknown name, listing the known ones, or a bad amount.
-    """
-    known = Channels.__dataclass_fields__
-    for name in amounts:
-        if name not in known:
-            raise ValueError(f"JakobiNoise has no channel {name!r}; they are {', '.join(known)}")
-    return Channels(**amounts)
-
-
-def check_resample(env: Any, n: int) -> None:
-    """Make sure that an environment can be resampled n times per step.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where it is resampled already, or n is no positive whole number.
-    """
-    check_count("n", n, least=1)
-    if any(type(link).__name__ == "Resample" for link in chain(env)):
-        raise ValueError("the environment is resampled already; raise that n instead")
-
-
-def measured(values: Any, errors: Any, displacement: NDArray[np.float64]) -> Any:
-    """Return values with errors added, but for those that diverged.
-
-    Parameters
-    ----------
-    values, errors : float or ndarray, shape (...)
-    displacement : ndarray, shape (..., 3)
-        NaN where it diverged.
-    """
-    return np.where(np.isnan(displacement[..., 0]), values, values + errors)
+        gym.Wrapper.__init__(self, env)
+        MeasuredStep.__init__(self, env, sigma)

@@ -6,28 +6,59 @@ seeds; all designs of a batch, and all their trials, go into C together.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
-from softvox_gym.aggregates import aggregate_of, standard_error
-from softvox_gym.envs.vector import Batch
-from softvox_gym.noise import not_negative
-from softvox_gym.portable import normal
-from softvox_gym.wrappers import Disturbing, channels_of, check_resample, measured
-from softvox_gym.wrappers._chain import bench_of, is_noisy
+from softvox_gym.envs.evaluator import Action
+from softvox_gym.envs.vector import Batch, batched
+from softvox_gym.wrappers.steps import (
+    JakobiStep,
+    MeasuredStep,
+    ResampleStep,
+    Wrapping,
+    is_noisy,
+)
 
 __all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy"]
 
 Env = VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray[Any]]
-Wrapper = VectorWrapper[
-    NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[Any]
-]
+
+if TYPE_CHECKING:
+    _Base = VectorWrapper[
+        NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[Any]
+    ]
+else:
+    _Base = VectorWrapper  # not generic before Gymnasium 1.3
 
 
-class JakobiNoise(Wrapper):
+class _Wrapper(Wrapping, _Base):
+    """A wrapper around a vector environment."""
+
+    def step(self, actions: NDArray[np.int64]) -> Batch:
+        """Try the designs; of those that only reset nothing changes."""
+        asked = Action.of(actions)
+        observations, rewards, terminated, truncated, infos = self.env.step(self.before(asked))
+        told: dict[str, Any] = infos.get("final_info", infos)
+        if "fitness" not in told:
+            return observations, rewards, terminated, truncated, infos
+        which = np.flatnonzero(told["_fitness"])
+        names = [key for key in told if f"_{key}" in told]
+        of_those = {key: told[key][which] for key in names}
+        values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
+        rewards = np.zeros_like(rewards)
+        rewards[which] = values
+        told |= batched(changed, which, self.num_envs)
+        return observations, rewards, terminated, truncated, infos
+
+    def _random(self, which: NDArray[np.intp]) -> list[np.random.Generator]:
+        generators: Any = self.env.unwrapped.np_random
+        return [generators[i] for i in which]
+
+
+class JakobiNoise(JakobiStep, _Wrapper):
     """`softvox_gym.wrappers.JakobiNoise` for a vector environment.
 
     Parameters
@@ -35,7 +66,7 @@ class JakobiNoise(Wrapper):
     env : VectorEnv
         `SoftVoxVectorEnv`, perhaps in other wrappers.
     level : float
-    **channels
+    **amounts
         As there.
 
     Raises
@@ -44,22 +75,12 @@ class JakobiNoise(Wrapper):
         As there.
     """
 
-    def __init__(self, env: Env, level: float = 1.0, **channels: float) -> None:
-        super().__init__(env)
-        self.level = not_negative("level", level)
-        self.channels = channels_of(channels)
-        self.is_noisy = self.level > 0
-        self._disturbance = Disturbing(env, self.channels.at(self.level)) if self.level else None
-
-    def step(self, actions: NDArray[np.int64]) -> Batch:
-        """Try the designs, each under conditions drawn anew."""
-        if self._disturbance is None:
-            return self.env.step(actions)
-        with self._disturbance.bench.disturbed(self._disturbance):
-            return self.env.step(actions)
+    def __init__(self, env: Env, level: float = 1.0, **amounts: float) -> None:
+        VectorWrapper.__init__(self, env)
+        JakobiStep.__init__(self, env, level, amounts)
 
 
-class Resample(Wrapper):
+class Resample(ResampleStep, _Wrapper):
     """`softvox_gym.wrappers.Resample` for a vector environment.
 
     Parameters
@@ -77,30 +98,11 @@ class Resample(Wrapper):
     """
 
     def __init__(self, env: Env, n: int, aggregate: str = "mean") -> None:
-        super().__init__(env)
-        check_resample(env, n)
-        self.n = int(n)
-        self.aggregate = aggregate
-        self._aggregate = aggregate_of(aggregate)
-        self._bench = bench_of(env, "Resample")
-
-    def step(self, actions: NDArray[np.int64]) -> Batch:
-        """Try every design n times."""
-        with self._bench.repeated(self.n):
-            observations, rewards, terminations, truncations, infos = self.env.step(actions)
-        if terminations.any():
-            told = step_infos(infos)
-            stepped, values = told["_values"], told["values"]
-            rewards = np.where(stepped, self._aggregate(values), 0.0)
-            told["fitness"] = np.where(told["status"] == "ok", rewards, told["fitness"])
-            told["mean"] = np.where(stepped, values.mean(axis=1), 0.0)
-            told["_mean"] = stepped.copy()
-            told["standard_error"] = np.where(stepped, standard_error(values), 0.0)
-            told["_standard_error"] = stepped.copy()
-        return observations, rewards, terminations, truncations, infos
+        VectorWrapper.__init__(self, env)
+        ResampleStep.__init__(self, env, n, aggregate)
 
 
-class FitnessNoise(Wrapper):
+class FitnessNoise(MeasuredStep, _Wrapper):
     """`softvox_gym.wrappers.FitnessNoise` for a vector environment.
 
     Parameters
@@ -117,37 +119,5 @@ class FitnessNoise(Wrapper):
     """
 
     def __init__(self, env: Env, sigma: float) -> None:
-        super().__init__(env)
-        self.sigma = not_negative("sigma", sigma)
-        self.is_noisy = self.sigma > 0
-        self._bench = bench_of(env, "FitnessNoise")
-
-    def step(self, actions: NDArray[np.int64]) -> Batch:
-        """Try the designs, and measure with errors."""
-        observations, rewards, terminations, truncations, infos = self.env.step(actions)
-        if not self.is_noisy or not terminations.any():
-            return observations, rewards, terminations, truncations, infos
-        told = step_infos(infos)
-        stepped = told["_fitness"]
-        if self._bench.repeats is not None:
-            errors = self._errors(stepped, told["values"].shape)
-            told["values"] = measured(told["values"], errors, told["displacements"])
-            rewards = told["values"].mean(axis=1)
-        else:
-            rewards = measured(rewards, self._errors(stepped, rewards.shape), told["displacement"])
-        told["fitness"] = np.where(told["status"] == "ok", rewards, told["fitness"])
-        return observations, rewards, terminations, truncations, infos
-
-    def _errors(self, stepped: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.float64]:
-        """Return an error for every value of the environments that stepped, 0 for the others."""
-        errors = np.zeros(shape)
-        generators: Any = self.env.unwrapped.np_random
-        for i in np.flatnonzero(stepped):
-            errors[i] = self.sigma * normal(generators[i], shape[1:] or 1).reshape(shape[1:])
-        return errors
-
-
-def step_infos(infos: dict[str, Any]) -> dict[str, Any]:
-    """Return the part of a vector environment's infos that tells of the step just taken."""
-    told: dict[str, Any] = infos.get("final_info", infos)
-    return told
+        VectorWrapper.__init__(self, env)
+        MeasuredStep.__init__(self, env, sigma)

@@ -1,0 +1,239 @@
+"""What the single and the vector environment share: spaces, checks, and trying a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Self, cast
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from softvox_gym.design import ACTIVE, BodyFacts
+from softvox_gym.engine import step_count
+from softvox_gym.evaluation import (
+    SAMPLES_PER_CYCLE,
+    Evaluation,
+    PhysicsLike,
+    evaluate,
+    single_physics,
+)
+from softvox_gym.landscapes.table import looked_up
+from softvox_gym.lattice import Lattice
+from softvox_gym.noise import Perturbation
+from softvox_gym.physics import Physics
+from softvox_gym.rendering import Pose
+from softvox_gym.simulation import Result, sample_count
+
+METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
+
+#: Of a perturbed run: the picture shows the last of them, at most a 64th of the run before its end.
+POSES_PER_RUN = 64
+
+Generators = Callable[[], Sequence[np.random.Generator]]
+
+
+class Action(NDArray[np.int64]):
+    """An action, or a batch of them, with what the wrappers around it ask of the step.
+
+    Wrappers hand it inwards through whatever is between them and the environment.
+
+    Attributes
+    ----------
+    perturbations : tuple of Perturbation
+        Of every trial.
+    trials : int or None
+        Per design; None where nobody asks for several, and so nobody wants to see each.
+    """
+
+    perturbations: tuple[Perturbation, ...] = ()
+    trials: int | None = None
+
+    @classmethod
+    def of(cls, action: ArrayLike) -> Self:
+        """Return an action as one that asks for nothing more than it does."""
+        array = np.asanyarray(action)
+        return array if isinstance(array, cls) else array.view(cls)
+
+    def __array_finalize__(self, other: Any) -> None:
+        """Keep what is asked for when an action is copied, transformed or taken apart."""
+        self.perturbations = getattr(other, "perturbations", ())
+        self.trials = getattr(other, "trials", None)
+
+    def asking(self, *perturbations: Perturbation, trials: int | None = None) -> Self:
+        """Return the action asking for more perturbations, or for trials."""
+        asked = self.view()
+        asked.perturbations = (*self.perturbations, *perturbations)
+        asked.trials = self.trials if trials is None else trials
+        return asked
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Tries the designs that actions stand for.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    physics : Physics
+        Single numbers, the nominal conditions.
+    render_mode : str or None
+        Poses are kept for pictures where there is one.
+    threads : int, optional
+        At most this many; all processors of the process where None.
+    from_table : bool
+        Whether designs are looked up in the table that ships with the package.
+
+    Raises
+    ------
+    ValueError
+        For an unknown render mode.
+    """
+
+    lattice: Lattice
+    physics: Physics
+    render_mode: str | None = None
+    threads: int | None = None
+    from_table: bool = False
+
+    def __post_init__(self) -> None:
+        if self.render_mode is not None and self.render_mode not in METADATA["render_modes"]:
+            raise ValueError(f"render_mode must be None or 'rgb_array', got {self.render_mode!r}")
+
+    @classmethod
+    def of(
+        cls, shape: Sequence[int], physics: PhysicsLike, render_mode: str | None, **options: Any
+    ) -> Evaluator:
+        """Make one of what an environment is made with."""
+        return cls(Lattice.of(shape), single_physics(physics), render_mode, **options)
+
+    @property
+    def action_space(self) -> spaces.MultiDiscrete:
+        """The space of designs."""
+        return spaces.MultiDiscrete([3] * self.lattice.sites)
+
+    @property
+    def observation_space(self) -> gym.Space[NDArray[np.float64]]:
+        """The space of movement tracks."""
+        samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
+        space: Any = spaces.Box(-np.inf, np.inf, shape=(samples, 3), dtype=np.float64)
+        return cast(gym.Space[NDArray[np.float64]], space)
+
+    def run(
+        self, actions: NDArray[np.int64], generators: Generators
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[str, Any], list[Pose | None]]:
+        """Try a batch of actions.
+
+        Parameters
+        ----------
+        actions : Action, shape (n, sites)
+        generators : callable () -> sequence of Generator
+            One per design, for perturbations.
+
+        Returns
+        -------
+        observations : ndarray, shape (n, samples, 3)
+        rewards : ndarray, shape (n,)
+        infos : dict of ndarray, each of shape (n, ...)
+        poses : list of Pose or None
+            How the first trial left each design; empty where there are no pictures.
+
+        Raises
+        ------
+        ValueError
+            For what is no batch of designs; nothing was drawn then.
+        """
+        actions = Action.of(actions)
+        rows = self._checked(np.asarray(actions))
+        stack = self.lattice.to_stack(rows)
+        if self.from_table:
+            evaluation = looked_up(stack).repeated(actions.trials or 1)
+        if self.render_mode or not self.from_table:
+            simulated = evaluate(
+                stack,
+                self.physics,
+                perturbations=actions.perturbations,
+                trials=actions.trials or 1,
+                seed=generators() if actions.perturbations else None,
+                frames=self._frames(actions),
+                threads=self.threads,
+            )
+        if not self.from_table:
+            evaluation = simulated
+        tracks = np.where(np.isnan(evaluation.track), 0.0, evaluation.track)
+        return (
+            tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
+            evaluation.value,
+            _infos(evaluation, rows, is_repeated=actions.trials is not None),
+            _poses(simulated.result, len(rows)) if self.render_mode else [],
+        )
+
+    def _checked(self, actions: NDArray[Any]) -> NDArray[np.uint8]:
+        sites = self.lattice.sites
+        if actions.dtype.kind not in "iu" or actions.ndim != 2 or actions.shape[1] != sites:
+            raise ValueError(
+                f"an action must be {sites} whole numbers 0, 1 or 2, one per site; "
+                f"got {actions.dtype} values of shape {actions.shape[1:]}"
+            )
+        if actions.size and (actions.min() < 0 or actions.max() > ACTIVE):
+            bad = actions[(actions < 0) | (actions > ACTIVE)].flat[0]
+            raise ValueError(f"an action may have the digits 0, 1 and 2 only, got {bad}")
+        return actions.astype(np.uint8)
+
+    def _frames(self, actions: Action) -> int:
+        """Return the steps between frames from which the last pose is taken."""
+        if self.render_mode is None:
+            return 0
+        last = step_count(float(self.physics.time_step), float(self.physics.duration))
+        # Perturbed runs may end earlier than the nominal last step.
+        return -(-last // POSES_PER_RUN) if actions.perturbations else last
+
+
+def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool) -> dict[str, Any]:
+    """Return what an environment tells of an evaluation, key by key, each of shape (n, ...)."""
+    lattice = evaluation.lattice
+    bodies = BodyFacts.of(rows, lattice)
+    lost = evaluation.diverged.all(axis=1)
+    identity = {"design": lattice.numbers(rows)} if lattice.has_int64_numbers else {"digits": rows}
+    infos: dict[str, Any] = {
+        **identity,
+        "fitness": np.where(lost, np.nan, evaluation.value),
+        "displacement": evaluation.mean_displacement,
+        "diverged": lost,
+        "n_voxels": bodies.n_voxels,
+        "is_connected": bodies.is_connected,
+        "steps": evaluation.steps.sum(axis=1),
+    }
+    if is_repeated:
+        infos |= {"values": evaluation.fitness, "displacements": evaluation.displacement}
+    return infos
+
+
+def _poses(result: Result | None, n: int) -> list[Pose | None]:
+    """Return how the first trial of each of n designs left it."""
+    if result is None or not n:
+        return []
+    return [final_pose(result, i) for i in range(0, len(result), len(result) // n)]
+
+
+def final_pose(result: Result, i: int) -> Pose | None:
+    """Return how the i-th run left its design, or None where it has no voxels.
+
+    The result must hold a frame of the last step of every run, or of a step shortly before where
+    runs differ in length. A design that diverged is shown as built.
+    """
+    assert result.frames is not None
+    frames, digits = result.frames, result.designs[i]
+    present = digits > 0
+    if not present.any():
+        return None
+    seen = ~np.isnan(frames.position[i][:, present]).any(axis=(1, 2))
+    row = 0 if result.diverged[i] else int(np.flatnonzero(seen)[-1])
+    return Pose(
+        position=frames.position[i, row][present] / result.physics.edge,
+        quaternion=frames.quaternion[i, row][present],
+        edge=frames.edge[i, row][present] / result.physics.edge,
+        active=digits[present] == ACTIVE,
+    )

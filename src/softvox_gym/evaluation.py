@@ -1,0 +1,325 @@
+"""Trying designs: nominally or under perturbations, once or repeatedly, without Gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.design import stack_of
+from softvox_gym.lattice import Lattice
+from softvox_gym.noise import Perturbation, Trials
+from softvox_gym.physics import Physics
+from softvox_gym.simulation import Result, check_count, sample_count, simulate
+
+Array: TypeAlias = NDArray[np.float64]
+PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
+Seed: TypeAlias = int | Sequence[np.random.Generator] | None
+
+#: Samples of a track per cycle of actuation.
+SAMPLES_PER_CYCLE = 1
+
+
+def _cvar25(values: Array) -> Array:
+    """Return the mean of the worst quarter over the last axis; a value may count in part.
+
+    Source: R. T. Rockafellar, S. Uryasev, "Optimization of conditional value-at-risk", 2000.
+    """
+    ordered = np.sort(values, axis=-1)
+    quarter = values.shape[-1] / 4
+    weights = np.clip(quarter - np.arange(values.shape[-1]), 0.0, 1.0)
+    return np.asarray((ordered * weights).sum(axis=-1) / quarter)
+
+
+#: One number for several values of one design, over the last axis: the mean, the smallest, the
+#: 10 % quantile (interpolated linearly), or the mean of the worst quarter.
+AGGREGATES: Mapping[str, Callable[[Array], Array]] = {
+    "mean": lambda values: np.asarray(values.mean(axis=-1)),
+    "min": lambda values: np.asarray(values.min(axis=-1)),
+    "q10": lambda values: np.asarray(np.quantile(values, 0.1, axis=-1)),
+    "cvar25": _cvar25,
+}
+
+
+def aggregate_of(name: str) -> Callable[[Array], Array]:
+    """Return an aggregate by its name.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
+    """
+    if name not in AGGREGATES:
+        raise ValueError(
+            f"aggregate {name!r} is unknown; the aggregates are {', '.join(AGGREGATES)}"
+        )
+    return AGGREGATES[name]
+
+
+def standard_error(values: Array) -> Array:
+    """Return the standard error of the mean over the last axis; NaN of a single value."""
+    n = values.shape[-1]
+    if n == 1:
+        return np.full(values.shape[:-1], np.nan)
+    return np.asarray(values.std(axis=-1, ddof=1) / np.sqrt(n))
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What became of n designs, each tried k times.
+
+    Parameters
+    ----------
+    designs : ndarray of uint8, shape (n, nx, ny, nz)
+    fitness : ndarray, shape (n, k)
+        What was measured of every trial, voxel widths; 0 where it diverged.
+    displacement : ndarray, shape (n, k, 3)
+        Voxel widths; NaN where it diverged.
+    track : ndarray, shape (n, k, samples, 3)
+        The centre of mass from its start, voxel widths; NaN where it diverged. It has as many
+        samples as the nominal actuation has cycles, and one: a longer track is cut, a shorter one
+        stays where it ended.
+    steps : ndarray of int64, shape (n, k)
+        Time steps.
+    aggregate : str
+        Which of `AGGREGATES` makes the value of a design.
+    result : Result or None
+        The simulation: a row per trial, or per design where trials can't differ; None where no
+        simulation was needed.
+    """
+
+    designs: NDArray[np.uint8]
+    fitness: Array
+    displacement: Array
+    track: Array
+    steps: NDArray[np.int64]
+    aggregate: str = "mean"
+    result: Result | None = None
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    @property
+    def lattice(self) -> Lattice:
+        """Of the designs."""
+        return Lattice(*self.designs.shape[1:])
+
+    @property
+    def diverged(self) -> NDArray[np.bool_]:
+        """Which trials diverged, shape (n, k)."""
+        return np.isnan(self.displacement[..., 0])
+
+    @cached_property
+    def value(self) -> Array:
+        """The aggregate of every design's fitness values, shape (n,)."""
+        if self.fitness.shape[1] == 1:
+            return self.fitness[:, 0].copy()
+        return aggregate_of(self.aggregate)(self.fitness)
+
+    @property
+    def standard_error(self) -> Array:
+        """Of the mean fitness, shape (n,); NaN of a single trial."""
+        return standard_error(self.fitness)
+
+    @property
+    def mean_displacement(self) -> Array:
+        """Mean of the trials that did not diverge, shape (n, 3), voxel widths; NaN where all did."""
+        if self.fitness.shape[1] == 1:
+            return self.displacement[:, 0].copy()
+        is_ok = ~self.diverged[..., np.newaxis]
+        total = np.where(is_ok, self.displacement, 0.0).sum(axis=1)
+        count = is_ok.sum(axis=1)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+    def repeated(self, trials: int) -> Evaluation:
+        """Return the same for several trials that can't differ from the one there is.
+
+        They count as if all had been simulated, so that a budget means the same with and without
+        noise.
+        """
+        columns = {
+            name: np.repeat(getattr(self, name), trials, axis=1)
+            for name in ("fitness", "displacement", "track", "steps")
+        }
+        return Evaluation(self.designs, aggregate=self.aggregate, result=self.result, **columns)
+
+
+def evaluate(
+    designs: Any,
+    physics: PhysicsLike = "published",
+    *,
+    shape: Sequence[int] | None = None,
+    perturbations: Sequence[Perturbation] = (),
+    trials: int = 1,
+    seed: Seed = None,
+    aggregate: str = "mean",
+    frames: int = 0,
+    threads: int | None = None,
+    isa: str | None = None,
+) -> Evaluation:
+    """Try designs, all trials in one crossing into C.
+
+    Parameters
+    ----------
+    designs : Design, int, str, sequence of these, or array_like
+        As `simulate` takes them.
+    physics : str, dict or Physics
+        A preset's name, a dict of changes or a Physics, of single numbers.
+    shape : (int, int, int), optional
+        The lattice of design numbers and rows of digits; otherwise 2x2x2.
+    perturbations : sequence of Perturbation
+        What differs from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
+        `MeasurementNoise(sigma=0.1)`; they act one after another.
+    trials : int
+        Per design. Without perturbations they can't differ, and one is simulated.
+    seed : int or sequence of Generator, optional
+        Of the perturbations: design i draws from ``default_rng(seed + i)``, which is what the
+        vector environment draws that was reset with this seed; or a generator for every design.
+        Different at every call where None.
+    aggregate : {"mean", "min", "q10", "cvar25"}
+        What `Evaluation.value` is: the mean, the smallest, the 10 % quantile, or the mean of the
+        worst quarter of the fitness values.
+    frames : int
+        Steps between full frames of `Evaluation.result`; 0 for none.
+    threads : int, optional
+        At most this many; all processors of the process where None.
+    isa : str, optional
+        Instruction set; the widest where None. The results are the same bits.
+
+    Returns
+    -------
+    Evaluation
+
+    Raises
+    ------
+    TypeError, ValueError
+        For designs or arguments that do not fit, naming the argument. Nothing was drawn then.
+
+    Examples
+    --------
+    >>> from softvox_gym.noise import Jakobi
+    >>> noisy = evaluate([6453, 926], perturbations=[Jakobi(1.0)], trials=64, seed=0)
+    >>> noisy.fitness.shape
+    (2, 64)
+    """
+    stack = stack_of(designs, shape=shape)
+    nominal = single_physics(physics)
+    check_count("trials", trials, least=1)
+    aggregate_of(aggregate)
+    generators = _generators(seed, len(stack)) if perturbations else []
+    samples = sample_count(nominal, SAMPLES_PER_CYCLE)
+    options: dict[str, Any] = {
+        "track": SAMPLES_PER_CYCLE,
+        "frames": frames,
+        "threads": threads,
+        "isa": isa,
+    }
+    if not perturbations or not len(stack):
+        once = _evaluation(stack, simulate(stack, nominal, **options), samples, aggregate)
+        return once if trials == 1 else once.repeated(trials)
+    drawn = _drawn(nominal, Lattice(*stack.shape[1:]), perturbations, trials, generators)
+    result = simulate(
+        np.repeat(stack, trials, axis=0),
+        drawn.physics,
+        strain=drawn.strain,
+        phase=drawn.phase,
+        **options,
+    )
+    evaluation = _evaluation(stack, result, samples, aggregate)
+    measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
+    return evaluation
+
+
+def measure(
+    fitness: Array,
+    diverged: NDArray[np.bool_],
+    perturbations: Sequence[Perturbation],
+    generators: Sequence[np.random.Generator],
+) -> None:
+    """Measure fitness values in place, shape (n, k); those that diverged stay as they are.
+
+    Draws for every design, shape (k,), from its own generator.
+    """
+    for row, lost, rng in zip(fitness, diverged, generators, strict=True):
+        measured = row
+        for perturbation in perturbations:
+            measured = perturbation.measure(measured, rng)
+        row[:] = np.where(lost, row, measured)
+
+
+def single_physics(physics: PhysicsLike) -> Physics:
+    """Return the physics that all designs share.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `Physics.of` does, or where a parameter is an array.
+    """
+    made = Physics.of(physics)
+    if made.n_designs is not None:
+        raise ValueError(
+            "physics must hold single numbers here, not an array per design; "
+            "softvox_gym.simulate takes arrays"
+        )
+    return made
+
+
+def _generators(seed: Seed, n: int) -> list[np.random.Generator]:
+    """Return the generator of every design."""
+    if seed is None:
+        return np.random.default_rng().spawn(n)
+    if isinstance(seed, (int, np.integer)) and not isinstance(seed, (bool, np.bool_)):
+        if seed < 0:
+            raise ValueError(f"seed must not be negative, got {seed}")
+        return [np.random.default_rng(int(seed) + i) for i in range(n)]
+    generators = list(seed) if isinstance(seed, Sequence) else []
+    if len(generators) != n or not all(isinstance(g, np.random.Generator) for g in generators):
+        raise TypeError(
+            f"seed must be a whole number or a sequence of {n} numpy generators, one for every "
+            f"design, got {seed!r}"
+        )
+    return generators
+
+
+def _drawn(
+    nominal: Physics,
+    lattice: Lattice,
+    perturbations: Sequence[Perturbation],
+    k: int,
+    generators: Sequence[np.random.Generator],
+) -> Trials:
+    """Return k perturbed trials for every design."""
+    undisturbed = Trials.of(nominal, lattice, k)
+    parts = []
+    for generator in generators:
+        part = undisturbed
+        for perturbation in perturbations:
+            part = perturbation.disturb(part, generator)
+        parts.append(part)
+    return Trials.joined(parts)
+
+
+def _evaluation(
+    stack: NDArray[np.uint8], result: Result, samples: int, aggregate: str
+) -> Evaluation:
+    """Return the evaluation of a simulation that has one or more rows for every design."""
+    n = len(stack)
+    k = len(result) // n if n else 1
+    assert result.track is not None
+    track = result.track[:, :samples]
+    missing = samples - track.shape[1]
+    track = np.pad(track, ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
+    track = np.where(np.isnan(track), result.displacement[:, np.newaxis], track)
+    return Evaluation(
+        designs=stack,
+        fitness=np.where(result.diverged, 0.0, result.fitness).reshape(n, k),
+        displacement=result.displacement.reshape(n, k, 3),
+        track=track.reshape(n, k, samples, 3),
+        steps=result.steps.astype(np.int64).reshape(n, k),
+        aggregate=aggregate,
+        result=result,
+    )

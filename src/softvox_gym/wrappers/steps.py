@@ -1,0 +1,169 @@
+"""What the wrappers do, for a batch of n designs; a single environment is a batch of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.envs.evaluator import Action, Evaluator
+from softvox_gym.evaluation import aggregate_of, measure, standard_error
+from softvox_gym.noise import Jakobi, MeasurementNoise
+from softvox_gym.simulation import check_count
+
+Array = NDArray[np.float64]
+Columns = dict[str, NDArray[Any]]
+Generators = Callable[[], Sequence[np.random.Generator]]
+
+
+class Wrapping:
+    """What happens before and after the step of an environment within a wrapper.
+
+    Nothing is kept from one step to the next, so that threads may step environments side by side.
+    """
+
+    #: Whether two steps of one design may differ.
+    is_noisy = False
+
+    def before(self, action: Action) -> Action:
+        """Return the action, asking for more."""
+        return action
+
+    def after(
+        self, action: Action, rewards: Array, infos: Columns, generators: Generators
+    ) -> tuple[Array, Columns]:
+        """Return rewards, and the infos that change.
+
+        Parameters
+        ----------
+        action : Action
+            As it came from outside.
+        rewards : ndarray, shape (n,)
+        infos : dict of ndarray, each of shape (n, ...)
+        generators : callable () -> sequence of Generator
+            Of the n environments.
+        """
+        return rewards, {}
+
+
+class JakobiStep(Wrapping):
+    """`Jakobi` noise on every trial."""
+
+    def __init__(self, env: Any, level: float, amounts: dict[str, float]) -> None:
+        self.noise = Jakobi(level, **amounts)
+        self.level = self.noise.level
+        self.is_noisy = self.level > 0
+        if evaluator_of(env, "JakobiNoise").from_table and self.is_noisy:
+            raise ValueError(
+                "JakobiNoise can't disturb what is answered from a table; "
+                "make SoftVox2x2x2-v0 instead"
+            )
+
+    def before(self, action: Action) -> Action:
+        """Ask for the noise."""
+        return action.asking(self.noise) if self.is_noisy else action
+
+
+class ResampleStep(Wrapping):
+    """Several trials, and an aggregate of them."""
+
+    def __init__(self, env: Any, n: int, aggregate: str) -> None:
+        check_count("n", n, least=1)
+        self.n = int(n)
+        self.aggregate = aggregate
+        self._aggregate = aggregate_of(aggregate)
+        evaluator_of(env, "Resample")
+        if any(isinstance(link, ResampleStep) for link in chain(env)):
+            raise ValueError("the environment is resampled already; raise that n instead")
+
+    def before(self, action: Action) -> Action:
+        """Ask for the trials."""
+        return action.asking(trials=self.n)
+
+    def after(
+        self, action: Action, rewards: Array, infos: Columns, generators: Generators
+    ) -> tuple[Array, Columns]:
+        """Aggregate the values."""
+        values = infos["values"]
+        rewards = self._aggregate(values)
+        return rewards, {
+            "fitness": np.where(infos["diverged"], infos["fitness"], rewards),
+            "mean": values.mean(axis=1),
+            "standard_error": standard_error(values),
+        }
+
+
+class MeasuredStep(Wrapping):
+    """Noise on the measured fitness: of every trial where somebody outside asks for several."""
+
+    def __init__(self, env: Any, sigma: float) -> None:
+        self.noise = MeasurementNoise(sigma)
+        self.sigma = self.noise.sigma
+        self.is_noisy = self.sigma > 0
+        evaluator_of(env, "FitnessNoise")
+
+    def after(
+        self, action: Action, rewards: Array, infos: Columns, generators: Generators
+    ) -> tuple[Array, Columns]:
+        """Measure."""
+        if not self.is_noisy:
+            return rewards, {}
+        is_each = action.trials is not None
+        values = (infos["values"] if is_each else rewards[:, np.newaxis]).copy()
+        diverged = np.isnan(infos["displacements"][..., 0]) if is_each else infos["diverged"]
+        measure(values, diverged.reshape(values.shape), [self.noise], generators())
+        rewards = values.mean(axis=1) if is_each else values[:, 0]
+        fitness = np.where(infos["diverged"], infos["fitness"], rewards)
+        return rewards, {"fitness": fitness, **({"values": values} if is_each else {})}
+
+
+def evaluator_of(env: Any, wrapper: str) -> Evaluator:
+    """Return the evaluator of the environment in a chain's middle.
+
+    Raises
+    ------
+    TypeError
+        Where that is no environment of this package.
+    """
+    evaluator = getattr(env.unwrapped, "evaluator", None)
+    if not isinstance(evaluator, Evaluator):
+        around = (
+            "; put it around the single environments before they are made one, "
+            "gym.make_vec(..., wrappers=[...])"
+            if hasattr(env, "num_envs")
+            else ""
+        )
+        raise TypeError(
+            f"{wrapper} works on this package's environments, got {env.unwrapped}{around}"
+        )
+    return evaluator
+
+
+def chain(env: Any) -> Iterator[Any]:
+    """Yield an environment and those inside, outermost first."""
+    while env is not None:
+        yield env
+        inner = getattr(env, "env", None)
+        env = inner if inner is not None else next(iter(getattr(env, "envs", ())), None)
+
+
+def is_noisy(env: Any) -> bool:
+    """Return whether two steps of one design may differ.
+
+    Our wrappers say so, and any other wrapper that has a true attribute `is_noisy`.
+    """
+    return any(getattr(link, "is_noisy", False) for link in chain(env))
+
+
+def silent(env: Any) -> Any | None:
+    """Return the outermost wrapper from elsewhere that doesn't say whether it is noisy, if any.
+
+    Those of Gymnasium and of this package are known.
+    """
+    for link in chain(env):
+        package = type(link).__module__.partition(".")[0]
+        if package not in ("gymnasium", "softvox_gym") and not hasattr(link, "is_noisy"):
+            return link
+    return None
