@@ -105,8 +105,8 @@ def run(args: Namespace) -> int:
         server = Server(explorer, args.port)
     except OSError as error:
         raise BadInputError(
-            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose another, or "
-            "--port 0 for any that is free"
+            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose "
+            "another, or --port 0 for any that is free"
         ) from error
     address = server.address + (f"#{args.state}" if args.state else "")
     try:

@@ -22,6 +22,7 @@ from starlette.staticfiles import StaticFiles
 
 import softvox_gym
 from softvox_gym import Design, Physics, Result, engine, simulate
+from softvox_gym.engine import Progress
 from softvox_gym.physics import ACTUATIONS
 from softvox_view import replay
 from softvox_view.explore import landscapes, paths, requests
@@ -40,7 +41,7 @@ POLL_SECONDS = 0.05
 #: Of a recording, and how many it has at least and at most, whatever the frequency.
 FRAMES_PER_CYCLE, FEWEST_FRAMES, MOST_FRAMES = 20, 100, 600
 
-Work = Callable[[landscapes.Progress], dict[str, Any]]
+Work = Callable[[Progress], dict[str, Any]]
 
 
 class CancelledError(Exception):
@@ -132,7 +133,7 @@ class Explorer:
         """Compute the landscape under some physics; lines of JSON say how it goes."""
         physics, warnings = requests.physics_of(requests.read(request.query_params, also=PHYSICS))
 
-        def work(progress: landscapes.Progress) -> dict[str, Any]:
+        def work(progress: Progress) -> dict[str, Any]:
             threads = max(1, self._threads // self.running)
             made = self._landscapes.at(physics, threads=threads, progress=progress)
             return {**made, "warnings": warnings}

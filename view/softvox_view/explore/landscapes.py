@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from functools import lru_cache
 from math import isfinite
 from typing import Any
@@ -11,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym import Physics, noisy_landscape, simulate
-from softvox_gym.design import N_DESIGNS
-from softvox_gym.outcome import body_facts
+from softvox_gym import Physics, noisy_landscape
+from softvox_gym.engine import Progress
+from softvox_gym.landscapes import Table
+from softvox_gym.landscapes.table import compute
 from softvox_view.tessellation import SIDE, design_at
 
 #: How many of the fittest are compared.
@@ -25,13 +25,6 @@ KEPT = 16
 #: Whose mean the map of noise shows.
 NOISE_LEVEL = 1.0
 
-COLUMNS = ("dx", "dy", "fitness")
-
-#: dx, dy and fitness of every design, voxel widths, by name; NaN where diverged.
-Values = Mapping[str, NDArray[np.float64]]
-
-Progress = Callable[[int, int], None]
-
 
 class Landscapes:
     """Computes landscapes and keeps the latest; safe to use from several threads."""
@@ -39,36 +32,32 @@ class Landscapes:
     def __init__(self) -> None:
         self._kept: dict[Physics, dict[str, Any]] = {}
 
-    def at(self, physics: Physics, *, threads: int, progress: Progress | None) -> dict[str, Any]:
+    def at(
+        self, physics: Physics, *, threads: int, progress: Progress | None = None
+    ) -> dict[str, Any]:
         """Return the values and the changes under some physics, ready for JSON."""
         kept = self._kept
         if physics not in kept:
-            values = published()
-            if physics != Physics.published():
-                result = simulate(np.arange(N_DESIGNS), physics, threads=threads, progress=progress)
-                columns = (*result.displacement.T[:2], result.fitness)
-                values = dict(zip(COLUMNS, columns, strict=True))
+            is_published = physics == Physics.published()
+            table = (
+                softvox_gym.landscape()
+                if is_published
+                else compute(physics, threads=threads, progress=progress)
+            )
             while len(kept) >= KEPT:
                 kept.pop(next(iter(kept)), None)
-            kept[physics] = {"values": as_lists(values), "changes": changes(values)}
+            kept[physics] = {"values": values(table), "changes": changes(table)}
         return kept[physics]
 
 
-@lru_cache(maxsize=1)
-def published() -> Values:
-    """Return the landscape as published."""
-    table = softvox_gym.landscape()
-    return {name: np.ascontiguousarray(table[name]) for name in COLUMNS}
-
-
-def listed(values: NDArray[np.float64]) -> list[float | None]:
+def listed(numbers: NDArray[np.float64]) -> list[float | None]:
     """Return numbers ready for JSON, which knows no NaN and no infinity."""
-    return [value if isfinite(value) else None for value in values.tolist()]
+    return [number if isfinite(number) else None for number in numbers.tolist()]
 
 
-def as_lists(values: Values) -> dict[str, list[float | None]]:
-    """Return values ready for JSON; None where diverged."""
-    return {name: listed(column) for name, column in values.items()}
+def values(table: Table) -> dict[str, list[float | None]]:
+    """Return displacement and fitness of every design ready for JSON; None where diverged."""
+    return {name: listed(table[name]) for name in ("dx", "dy", "fitness")}
 
 
 def ranking(fitness: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -76,7 +65,7 @@ def ranking(fitness: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.argsort(-np.nan_to_num(fitness, nan=-1.0), kind="stable")
 
 
-def changes(values: Values) -> dict[str, Any]:
+def changes(table: Table) -> dict[str, Any]:
     """Return what changed against the published landscape, ready for JSON.
 
     Returns
@@ -87,7 +76,7 @@ def changes(values: Values) -> dict[str, Any]:
         fitness_before, rank and rank_before; diverged : how many; mean_difference : over all
         designs that did not, voxel widths.
     """
-    before, now = published()["fitness"], values["fitness"]
+    before, now = softvox_gym.landscape()["fitness"], table["fitness"]
     order, order_before = ranking(now), ranking(before)
     rank, rank_before = np.argsort(order), np.argsort(order_before)
 
@@ -122,15 +111,13 @@ def atlas() -> dict[str, Any]:
         cells : the design of every cell of the map, row by row from the bottom; n_voxels, n_active,
         is_connected, noise (mean fitness under noise) and dx, dy, fitness, by design.
     """
-    bodies = body_facts()
-    row, column = np.divmod(np.arange(N_DESIGNS), SIDE)
+    table = softvox_gym.landscape()
+    row, column = np.divmod(np.arange(len(table)), SIDE)
     return {
         "side": SIDE,
         "cells": np.asarray(design_at(row, column)).tolist(),
-        "n_voxels": bodies.n_voxels.tolist(),
-        "n_active": bodies.n_active.tolist(),
-        "is_connected": bodies.is_connected.tolist(),
+        **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
         "noise": listed(noisy_landscape(NOISE_LEVEL)["mean"]),
         "noise_level": NOISE_LEVEL,
-        **as_lists(published()),
+        **values(table),
     }

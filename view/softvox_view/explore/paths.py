@@ -10,18 +10,16 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
 from contextlib import redirect_stdout
 from importlib.util import find_spec
 from typing import Any
 
+from softvox_gym.engine import Progress
 from softvox_view.explore.landscapes import listed
 from softvox_view.explore.requests import BadRequestError
 
-#: s between the lines that tell how far a search is; as often it is seen whether it is still wanted.
+#: s between lines that say how far a search is; as often it is seen whether it is still wanted.
 EVERY_SECONDS = 0.1
-
-Progress = Callable[[int, int], None]
 
 
 def searchers() -> list[str]:

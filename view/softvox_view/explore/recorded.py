@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softvox_gym import Design
-from softvox_view.explore.landscapes import listed, published
+from softvox_gym import Design, landscape
+from softvox_view.explore.landscapes import listed
 from softvox_view.explore.requests import BadRequestError
 from softvox_view.folders import ResultsError, by_name, checked
 
@@ -105,7 +105,7 @@ class Recorded:
             "fitness": listed(rows["fitness"].to_numpy()),
             "total": run.evaluations,
             "recommended": run.recommended,
-            "rank": Standing.of(Design(run.recommended), published()["fitness"]).rank,
+            "rank": Standing.of(Design(run.recommended), landscape()["fitness"]).rank,
         }
 
 
