@@ -69,8 +69,8 @@ def test_a_port_in_use_gives_one_line_and_status_2():
         done = softvox("explore", "--no-browser", "--port", port)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        f"softvox: error: --port: port {port} can't be had: Address already in use; choose another, "
-        "or --port 0 for any that is free\n"
+        f"softvox: error: --port: port {port} can't be had: Address already in use; choose "
+        "another, or --port 0 for any that is free\n"
     )
 
 

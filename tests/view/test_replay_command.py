@@ -10,6 +10,7 @@ import pytest
 from films import read_film
 
 import softvox_gym.cli
+import softvox_gym.missing
 from softvox_gym import Physics, simulate
 from softvox_view import encode
 from softvox_view.cli import replay
@@ -217,10 +218,11 @@ def test_a_file_is_replaced_only_with_force(softvox, tmp_path):
 
 
 def test_a_missing_library_is_named_with_its_mend(softvox, monkeypatch):
-    monkeypatch.setattr(replay, "find_spec", lambda name: None)
+    for module in (replay, softvox_gym.missing):
+        monkeypatch.setattr(module, "find_spec", lambda name: None)
     status, _, err = softvox("6453", "--out", "a.mp4")
     assert status == 2
-    assert "needs Pillow and imageio-ffmpeg: pip install 'softvox-gym[view]'" in err
+    assert "needs pillow and imageio-ffmpeg: pip install pillow imageio-ffmpeg" in err
 
 
 def test_an_encoder_that_fails_is_told_in_one_line(softvox, monkeypatch, tmp_path):

@@ -120,7 +120,7 @@ def test_a_run_that_diverges_at_once_is_shown_as_built():
     phase = np.zeros((2, 2, 2, 2))
     phase[1] = 2.0**60  # too far to have parts of a turn
     result = simulate([6560, 6453], SHORT, phase=phase, frames=20)
-    assert list(result.status) == ["ok", "diverged"]
+    assert result.diverged.tolist() == [False, True]
     data = replay.recording(result)
     robot = data["robots"][1]
     assert robot["last"] == 0
@@ -250,3 +250,20 @@ def test_a_notebook_plays_those_that_share_the_fittests_clock():
 
 def test_a_notebook_shows_an_empty_batch():
     assert "0 designs" in simulate([], SHORT)._repr_html_()
+
+
+def test_a_notebook_shows_a_design_as_built_with_its_facts():
+    shown = Design(6453)._repr_html_()
+    assert '<img alt="6453 · 00021222" src="data:image/png;base64,' in shown
+    row = ["6453", "2x2x2", "00021222", "5", "4", "yes"]
+    assert re.findall("<td>(.*?)</td>", shown) == row
+
+
+@pytest.mark.parametrize(
+    ("side", "number"), [(3, str(Design("2" * 27, shape=(3, 3, 3)).index)), (4, "")]
+)
+def test_a_notebook_names_a_robot_on_a_large_lattice_by_its_digits(side, number):
+    shape = (side,) * 3
+    design = Design("2" * side**3, shape=shape)
+    for shown in (design._repr_html_(), simulate(design, SHORT, frames=200)._repr_html_()):
+        assert f"<td>{number}</td><td>{side}x{side}x{side}</td><td>{design.digits}</td>" in shown

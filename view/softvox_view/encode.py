@@ -1,4 +1,4 @@
-"""Films and pictures with captions: GIF and PNG by Pillow, MP4 by the ffmpeg of imageio-ffmpeg."""
+"""Films with captions: GIF by Pillow, MP4 by the ffmpeg of imageio-ffmpeg."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.engine import Progress
 from softvox_view.replay.still import columns
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 Picture = NDArray[np.uint8]
-Progress = Callable[[int, int], None]
 
 CAPTION_SIZE = 0.05  # of a panel's height
 SMALLEST_CAPTION = 9  # pixels, below which it can't be read
@@ -57,15 +57,6 @@ def captioned(
         corner = (k % across * width + size, k // across * height + size * 0.7)
         draw.text(corner, caption, fill=CAPTION_INK, font=font)
     return np.asarray(image)
-
-
-def png(picture: Picture) -> bytes:
-    """Return a picture as the bytes of a PNG file."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(picture).save(file, format="PNG", optimize=True)
-    return file.getvalue()
 
 
 def gif_fps(fps: float) -> float:

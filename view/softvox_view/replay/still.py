@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.rendering import Pose, fitting_distance, render
-from softvox_view.replay.data import pose
-from softvox_view.replay.recorded import Recorded, checked_places
+from softvox_gym.simulation import Result
+from softvox_view.replay.data import checked_places, frames_of, pose
 
 #: Counts between the colours of a picture that stands in for a replay: that takes two fifths of the
 #: bytes away, and can be seen in the floor's shading alone.
@@ -24,7 +24,7 @@ WIDTH = 900  # pixels of all panels beside each other, at most
 
 
 def still(
-    result: Recorded,
+    result: Result,
     *designs: int,
     frame: int | None = None,
     panel: tuple[int, int] | None = None,
@@ -52,8 +52,7 @@ def still(
         Where the result has no frames or a place is out of range.
     """
     places = checked_places(result, designs)
-    last = len(result.frames.step) - 1 if result.frames is not None else 0
-    shown = last if frame is None else frame
+    shown = len(frames_of(result).step) - 1 if frame is None else frame
     # The distance of the first frame, so that the breathing of a robot does not zoom.
     distances = [fitting_distance(pose(result, i, 0)) for i in places]
     if panel is None:
