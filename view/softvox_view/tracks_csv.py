@@ -16,17 +16,18 @@ y_cm    was set down; a trial is moved so that it starts at 0, 0
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS, N_SITES, Design
-from softvox_view.csv_file import CsvError, records
+from softvox_gym.cli.simulate import design_of
+from softvox_gym.cli.terminal import BadInputError
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
@@ -34,6 +35,10 @@ COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 MOST_CM = 100.0
 
 Point = tuple[float, float, float]
+
+
+class CsvError(ValueError):
+    """A file that can't be used; the message names the file, the line and what to change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,23 +102,64 @@ def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
         Where the file can't be read, or is not as this module says.
     """
     points: dict[tuple[int, str], list[Point]] = {}
-    lines: dict[tuple[int, str], int] = {}
-    for line, record in records(path, COLUMNS):
-        where = f"{path}, line {line}"
-        design, point = _design(where, record["design"]), _point(where, record, most_cycles)
-        trial = (design, record["trial"].strip())
-        _check_order(where, points.get(trial, []), point)
-        points.setdefault(trial, []).append(point)
-        lines[trial] = line
+    for where, (design, trial, *numbers) in _records(path):
+        cycle, x, y = map(lambda name, text: _number(where, name, text), COLUMNS[2:], numbers)
+        made = points.setdefault((_design(where, design.strip()), trial.strip()), [])
+        _check(where, made, (cycle, x, y), most_cycles)
+        made.append((cycle, x, y))
     if not points:
         raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
-    for trial, made in points.items():
+    for (number, trial), made in points.items():
         if len(made) < 2:
             raise CsvError(
-                f"{path}, line {lines[trial]}: design {trial[0]} has one point in trial "
-                f"{trial[1]!r}, and a track needs two or more; add the others, or take it out"
+                f"{path}: design {number} has one point in trial {trial!r}, and a track needs two "
+                "or more; add the others, or take it out"
             )
     return tuple(_track(design, trial, made) for (design, trial), made in points.items())
+
+
+def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
+    """Yield where each record of a file begins, and its values in the order of `COLUMNS`."""
+    reader = csv.reader(io.StringIO(_text(path), newline=""), strict=True)
+    line = 1
+    try:
+        names = [name.strip() for name in next(reader, [])]
+        if any(names.count(name) != 1 for name in COLUMNS):
+            raise CsvError(
+                f"{path}, line 1: the first line must name each of the columns "
+                f"{','.join(COLUMNS)} once, separated by commas, got {','.join(names)[:60]!r}"
+            )
+        line = reader.line_num + 1
+        for cells in reader:
+            where = f"{path}, line {line}"
+            if any(cell.strip() for cell in cells):
+                if len(cells) != len(names):
+                    raise CsvError(
+                        f"{where}: {len(cells)} values, but the first line names {len(names)} "
+                        "columns; give one value for each, separated by commas"
+                    )
+                yield where, [cells[names.index(name)] for name in COLUMNS]
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise CsvError(
+            f"{path}, line {line}: {error}; correct what is quoted there, or save the file anew"
+        ) from None
+
+
+def _text(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+        text, fault = content.decode("utf-8-sig"), content.find(b"\0")
+    except OSError as error:
+        raise CsvError(
+            f"{path} can't be read ({error.strerror}); name a CSV file that can"
+        ) from None
+    except UnicodeDecodeError as error:
+        fault = error.start
+    if fault >= 0:
+        line = 1 + content[:fault].count(b"\n")
+        raise CsvError(f"{path}, line {line}: not text in UTF-8; save the file as CSV in UTF-8")
+    return text
 
 
 def _track(design: int, trial: str, points: list[Point]) -> RealTrack:
@@ -122,33 +168,16 @@ def _track(design: int, trial: str, points: list[Point]) -> RealTrack:
 
 
 def _design(where: str, text: str) -> int:
-    text = text.strip()
-    if re.fullmatch(f"[012]{{{N_SITES}}}", text):
-        number = Design(text).index
-    elif re.fullmatch(r"[0-9]{1,7}", text) and int(text) < N_DESIGNS:
-        number = int(text)
-    else:
-        raise CsvError(
-            f"{where}: design {text[:40]!r} does not exist; give a number from 1 to "
-            f"{N_DESIGNS - 1} or {N_SITES} digits 0, 1, 2"
-        )
+    try:
+        number = design_of(text, (2, 2, 2)).index
+    except BadInputError as error:
+        raise CsvError(f"{where}: {str(error).partition(', which a')[0]}") from None
     if number == 0:
         raise CsvError(
             f"{where}: design {text!r} has no voxels, so no real robot is one; give the design "
             "that was built"
         )
     return number
-
-
-def _point(where: str, record: dict[str, str], most_cycles: float) -> Point:
-    cycle, x, y = (_number(where, name, record[name]) for name in COLUMNS[2:])
-    if not 0 <= cycle <= most_cycles:
-        raise CsvError(
-            f"{where}: cycle {_shown(cycle)} is not within 0 to {_shown(most_cycles)}, over which "
-            "the robots are simulated; count actuation cycles from the start, and leave out what "
-            "comes later"
-        )
-    return cycle, x, y
 
 
 def _number(where: str, name: str, text: str) -> float:
@@ -164,26 +193,27 @@ def _number(where: str, name: str, text: str) -> float:
     return value
 
 
-def _check_order(where: str, before: list[Point], point: Point) -> None:
+def _check(where: str, before: list[Point], point: Point, most_cycles: float) -> None:
     """Make sure that a point can follow others of its trial."""
     cycle, x, y = point
+    shown = repr(cycle).removesuffix(".0")
+    if not 0 <= cycle <= most_cycles:
+        raise CsvError(
+            f"{where}: cycle {shown} is not within 0 to {most_cycles:g}, over which the robots are "
+            "simulated; count actuation cycles from the start, and leave out what comes later"
+        )
     if not before and cycle != 0:
         raise CsvError(
-            f"{where}: a trial starts at cycle 0, got {_shown(cycle)}; count from its first line, "
-            "and give each run of a robot a trial of its own"
+            f"{where}: a trial starts at cycle 0, got {shown}; count from its first line, and give "
+            "each run of a robot a trial of its own"
         )
     if before and cycle <= before[-1][0]:
         raise CsvError(
-            f"{where}: cycle {_shown(cycle)} comes after {_shown(before[-1][0])}; sort the lines "
-            "of a trial, and give each run of a robot a trial of its own"
+            f"{where}: cycle {shown} comes after {before[-1][0]:g}; sort the lines of a trial, and "
+            "give each run of a robot a trial of its own"
         )
     if before and math.hypot(x - before[0][1], y - before[0][2]) > MOST_CM:
         raise CsvError(
-            f"{where}: ({_shown(x)}, {_shown(y)}) is more than {MOST_CM:g} cm from where the trial "
-            "starts, and no robot walks as far; give positions in cm"
+            f"{where}: ({x:g}, {y:g}) is more than {MOST_CM:g} cm from where the trial starts, and "
+            "no robot walks as far; give positions in cm"
         )
-
-
-def _shown(value: float) -> str:
-    """Return a number with as many digits as it takes to tell it from others."""
-    return repr(value).removesuffix(".0")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_view.figures import Inputs, Made, maps, style
-from softvox_view.headings import LITTLE
+from softvox_view.comparison import LITTLE
 from softvox_view.tessellation import SIDE, mapped
 
 #: Lighter than any colour of the wheel, dimmed, so that it stays apart without colour as well.
