@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Design
-from softvox_gym.design import N_DESIGNS, N_SITES, indices_of
-from softvox_search.beliefs import RunningMeans
+from softvox_gym import Design, Lattice
+from softvox_gym.simulation import check_count
 from softvox_search.final_stage import FinalStage
-from softvox_search.options import whole
-from softvox_search.oracle import checked
-from softvox_search.protocol import Designs, Info, Searcher, State
+from softvox_search.function import FunctionSearcher
+from softvox_search.options import check_flag
+from softvox_search.oracle import Budget, checked
+from softvox_search.protocol import Designs, Info, Searcher, best_of, keys_of, rows_of
+
+_SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +52,15 @@ class Policy:
     resamples: int = 8
 
     def __post_init__(self) -> None:
-        for name in ("running_mean", "reevaluate_parents", "final_stage"):
-            if not isinstance(getattr(self, name), bool):
-                raise TypeError(f"{name} must be True or False, got {getattr(self, name)!r}")
-        whole("finalists", self.finalists)
-        whole("resamples", self.resamples)
+        for name in _SWITCHES:
+            check_flag(name, getattr(self, name))
+        for name in ("finalists", "resamples"):
+            check_count(name, getattr(self, name), least=1)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether anything is switched on."""
+        return any(getattr(self, name) for name in _SWITCHES)
 
     def kept_back(self, evaluations: int | None) -> int:
         """Return how many evaluations of a budget are kept for the final stage; 0 without one.
@@ -81,12 +86,35 @@ class Policy:
         return stage
 
 
+def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budget) -> Searcher:
+    """Return a searcher within a policy, for a noisy run; the searcher itself where none is on.
+
+    Raises
+    ------
+    TypeError
+        For a function, which can't be asked in turn.
+    ValueError
+        For a final stage within a budget that is too small, or that may end at any evaluation.
+    """
+    if not policy.is_on:
+        return searcher
+    if isinstance(searcher, FunctionSearcher):
+        raise TypeError("a policy against luck needs a searcher with ask, not a function")
+    ends_anywhere = budget.steps is not None or budget.cpu_seconds is not None
+    if policy.final_stage and ends_anywhere:
+        raise ValueError(
+            "final_stage needs a budget that ends at a known evaluation; drop steps and "
+            "cpu_seconds, or final_stage"
+        )
+    return PolicySearcher(searcher, policy, space, evaluations=budget.most_evaluations(noisy=True))
+
+
 @runtime_checkable
 class HasParents(Protocol):
     """A searcher that says which earlier values it still relies on, and takes newer ones."""
 
     def parents(self) -> Designs:
-        """Return the designs whose values the next selection relies on, shape (m, 8)."""
+        """Return the designs whose values the next selection relies on, shape (m, sites)."""
         ...
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
@@ -94,7 +122,54 @@ class HasParents(Protocol):
         ...
 
 
-class Guarded:
+@dataclass
+class Draws:
+    """All that was told of one design.
+
+    Source of the running mean and variance: B. P. Welford, *Note on a method for calculating
+    corrected sums of squares and products*, Technometrics 4(3), 1962.
+
+    Attributes
+    ----------
+    count : int
+    last, mean : float
+        Voxel widths.
+    displacement : ndarray, shape (3,)
+        Sum over the draws that did not diverge, voxel widths.
+    moved : int
+        How many these are.
+    """
+
+    count: int = 0
+    last: float = np.nan
+    mean: float = 0.0
+    displacement: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    moved: int = 0
+    _squares: float = 0.0  # sum of squared deviations from the mean
+
+    def add(self, value: float, displacement: NDArray[np.float64]) -> None:
+        """Take in one; the displacement is NaN where it diverged."""
+        self.count += 1
+        self.last = value
+        before = value - self.mean
+        self.mean += before / self.count
+        self._squares += before * (value - self.mean)
+        if not np.isnan(displacement[0]):
+            self.displacement = self.displacement + displacement
+            self.moved += 1
+
+    @property
+    def mean_displacement(self) -> NDArray[np.float64]:
+        """Shape (3,), voxel widths; NaN where all diverged."""
+        return self.displacement / (self.moved or np.nan)
+
+    @property
+    def standard_error(self) -> float:
+        """Of the mean, by the values' spread; NaN of a single one."""
+        return float(np.sqrt(self._squares / ((self.count - 1) * self.count or np.nan)))
+
+
+class PolicySearcher:
     """A searcher within a policy; itself a searcher.
 
     Without any switch on it asks and recommends exactly as the searcher within does.
@@ -106,8 +181,9 @@ class Guarded:
     Parameters
     ----------
     searcher : Searcher
-        Any.
+        Any with `ask`.
     policy : Policy
+    space : Lattice
     evaluations : int, optional
         The run's budget; needed for a final stage. Without one the search does not end by itself.
 
@@ -124,29 +200,32 @@ class Guarded:
     """
 
     def __init__(
-        self, searcher: Searcher, policy: Policy, *, evaluations: int | None = None
+        self, searcher: Searcher, policy: Policy, space: Lattice, *, evaluations: int | None = None
     ) -> None:
         if evaluations is not None:
-            whole("evaluations", evaluations)
+            check_count("evaluations", evaluations, least=1)
         self._searcher = searcher
         self._policy = policy
+        self._space = space
         stage = policy.kept_back(evaluations)
         self._left = None if evaluations is None or not stage else evaluations - stage
-        self._means = RunningMeans()
-        self._last = np.full(N_DESIGNS, np.nan)
-        self._batch = _Batch.none()
+        self._draws: dict[bytes, Draws] = {}
+        self._batch = self._none = np.zeros((0, space.sites), dtype=np.int64)
+        self._n_parents = 0
+        self._pieces: list[tuple[NDArray[np.float64], Info]] = []
         self._asked = 0
         self._has_told = False
         self._final: FinalStage | None = None
 
     def ask(self, n: int | None = None) -> Designs:
         """Return the searcher's next designs, parents or finalists; none after the final stage."""
-        if self._final is None and self._batch.is_told:
+        if self._final is None and not len(self._untold):
             self._begin(n)
         if self._final is not None:
             return self._final.ask(n)
-        self._asked = len(self._batch.untold[:n])
-        return self._batch.untold[:n].copy()
+        asked = self._untold[:n].copy()
+        self._asked = len(asked)
+        return asked
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Learn the values, and tell the searcher what the policy makes of them.
@@ -156,19 +235,18 @@ class Guarded:
         ValueError
             For designs that were not asked for.
         """
-        indices = indices_of(designs)
         if self._final is not None:
-            self._final.tell(indices, values)
+            self._final.tell(designs, values)
             return
-        if not np.array_equal(designs, self._batch.untold[: len(designs)]):
+        if not np.array_equal(designs, self._untold[: len(designs)]):
             raise ValueError("tell must get the designs that ask returned, in that order")
-        self._last[indices] = values
-        if self._policy.running_mean:
-            self._means.add(indices, values, info["displacement"])
+        rows = zip(keys_of(designs), values.tolist(), info["displacement"], strict=True)
+        for key, value, displacement in rows:
+            self._draws.setdefault(key, Draws()).add(value, displacement)
         if self._left is not None:
             self._left -= len(designs)
-        self._batch.take(values, info)
-        if self._batch.is_told or len(designs) < self._asked:
+        self._pieces.append((values, info))
+        if not len(self._untold) or len(designs) < self._asked:
             self._hand_over()
 
     def recommend(self) -> Design:
@@ -178,11 +256,10 @@ class Guarded:
         the searcher's first batch is still being told, the best value told so far is recommended.
         """
         if self._final is not None and self._final.is_decided:
-            return Design(self._final.best)
-        if self._policy.running_mean and self._means.counts.any():
-            return Design(int(np.nanargmax(self._means.means)))
-        if not self._has_told and not np.isnan(self._last).all():
-            return Design(int(np.nanargmax(self._last)))
+            return Design(self._final.best, shape=self._space)
+        if self._draws and (self._policy.running_mean or not self._has_told):
+            best = rows_of([best_of(self._beliefs())], self._space)[0]
+            return Design(best, shape=self._space)
         return self._searcher.recommend()
 
     def belief(self, design: Design) -> float:
@@ -194,40 +271,42 @@ class Guarded:
         mean of all values told where the running mean is on, and the value told last where not.
         NaN for a design never evaluated.
         """
-        if self._final is not None and self._final.is_decided and design.index in self._final:
-            return self._final.mean(design.index)
-        return float(self._beliefs()[design.index])
+        row = self._space.to_rows(design.array)
+        if self._final is not None and self._final.is_decided:
+            of_finalist = self._final.means[(self._final.finalists == row).all(axis=1)]
+            if len(of_finalist):
+                return float(of_finalist[0])
+        return self._beliefs().get(row.tobytes(), np.nan)
 
-    def state_dict(self) -> State:
-        """Return a copy of the state, the searcher's included."""
-        own = {name: value for name, value in vars(self).items() if name != "_searcher"}
-        return {"searcher": self._searcher.state_dict(), "own": deepcopy(own)}
+    @property
+    def _untold(self) -> Designs:
+        """What is left of the batch."""
+        return self._batch[sum(len(values) for values, _ in self._pieces) :]
 
-    def load_state_dict(self, state: State) -> None:
-        """Take over a copy of a state."""
-        self._searcher.load_state_dict(state["searcher"])
-        vars(self).update(deepcopy(state["own"]))
-
-    def _beliefs(self) -> NDArray[np.float64]:
-        return self._means.means if self._policy.running_mean else self._last
+    def _beliefs(self) -> dict[bytes, float]:
+        """Return what every design evaluated is believed to be worth, but for the final stage."""
+        mean = self._policy.running_mean
+        return {key: draws.mean if mean else draws.last for key, draws in self._draws.items()}
 
     def _begin(self, n: int | None) -> None:
         """Ask the searcher for a batch, or begin the final stage."""
         if self._left != 0:
-            parents = np.zeros((0, N_SITES), dtype=np.int64)
+            parents = self._none
             if self._policy.reevaluate_parents and isinstance(self._searcher, HasParents):
-                offspring = checked(self._searcher.ask())
+                offspring = checked(self._searcher.ask(), self._space)
                 if len(offspring):
                     parents = self._searcher.parents()
             else:
-                offspring = checked(self._searcher.ask(n))
-            self._batch = _Batch.of(parents, offspring, most=self._left)
-        if self._policy.final_stage and self._batch.is_told and not np.isnan(self._last).all():
-            self._final = FinalStage.of(
-                self._beliefs(),
-                finalists=self._policy.finalists,
-                resamples=self._policy.resamples,
-            )
+                offspring = checked(self._searcher.ask(n), self._space)
+            self._batch = np.concatenate([parents, offspring])[: self._left]
+            self._n_parents = len(parents)
+        if self._policy.final_stage and not len(self._batch) and self._draws:
+            beliefs = self._beliefs()
+            # Of equals the first by number goes on.
+            order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
+            finalists = rows_of(order[: self._policy.finalists], self._space)
+            draws = self._policy.finalists * self._policy.resamples
+            self._final = FinalStage(finalists, draws)
 
     def _hand_over(self) -> None:
         """Tell the searcher what is known of the batch, parents first.
@@ -235,13 +314,11 @@ class Guarded:
         A design of the batch may be one that the searcher has carried along since an earlier draw:
         where means are told, it gets the newer mean for that one too.
         """
-        batch, self._batch = self._batch, _Batch.none()
-        values, info = batch.told()
-        designs = batch.designs[: len(values)]
+        values, info = _joined(self._pieces)
+        designs, m = self._batch[: len(values)], min(self._n_parents, len(values))
+        self._batch, self._pieces = self._none, []
         if self._policy.running_mean:
-            info = self._as_means(designs, info)
-            values = self._means.means[indices_of(designs)]
-        m = min(batch.n_parents, len(values))
+            values, info = self._as_means(designs, info)
         n = len(values) if self._policy.running_mean else m
         if n and isinstance(self._searcher, HasParents):
             self._searcher.refresh(designs[:n], values[:n], _part(info, slice(n)))
@@ -250,50 +327,24 @@ class Guarded:
             self._searcher.tell(designs[part], values[part], _part(info, part))
             self._has_told = True
 
-    def _as_means(self, designs: Designs, info: Info) -> Info:
-        """Return what belongs to running means beside them: standard errors, displacements."""
-        indices = indices_of(designs)
-        errors = self._means.standard_errors(indices)
-        known = np.where(np.isnan(errors), info["standard_error"], errors)
-        mean = self._means.displacements(indices)
-        return cast(Info, {**info, "standard_error": known, "displacement": mean})
-
-
-@dataclass
-class _Batch:
-    """Designs on their way: asked for, and told one piece after the other."""
-
-    designs: Designs
-    n_parents: int
-    pieces: list[tuple[NDArray[np.float64], Info]]
-    n_told: int = 0
-
-    @classmethod
-    def none(cls) -> _Batch:
-        return cls(np.zeros((0, N_SITES), dtype=np.int64), 0, [])
-
-    @classmethod
-    def of(cls, parents: Designs, offspring: Designs, *, most: int | None) -> _Batch:
-        return cls(np.concatenate([parents, offspring])[:most], len(parents), [])
-
-    @property
-    def untold(self) -> Designs:
-        return self.designs[self.n_told :]
-
-    @property
-    def is_told(self) -> bool:
-        return self.n_told == len(self.designs)
-
-    def take(self, values: NDArray[np.float64], info: Info) -> None:
-        self.pieces.append((values, info))
-        self.n_told += len(values)
-
-    def told(self) -> tuple[NDArray[np.float64], Info]:
-        values, infos = zip(*self.pieces, strict=True)
-        columns: dict[str, Any] = {
-            name: np.concatenate([cast(Any, info)[name] for info in infos]) for name in infos[0]
+    def _as_means(self, designs: Designs, info: Info) -> tuple[NDArray[np.float64], Info]:
+        """Return the mean of every design, and what belongs to means beside it."""
+        draws = [self._draws[key] for key in keys_of(designs)]
+        errors = np.array([one.standard_error for one in draws])
+        return np.array([one.mean for one in draws]), {
+            "displacement": np.array([one.mean_displacement for one in draws]),
+            "diverged": np.array([one.moved == 0 for one in draws]),
+            "standard_error": np.where(np.isnan(errors), info["standard_error"], errors),
         }
-        return np.concatenate(values), cast(Info, columns)
+
+
+def _joined(pieces: list[tuple[NDArray[np.float64], Info]]) -> tuple[NDArray[np.float64], Info]:
+    """Return what was told in pieces as one."""
+    values, infos = zip(*pieces, strict=True)
+    columns: dict[str, Any] = {
+        name: np.concatenate([cast(Any, info)[name] for info in infos]) for name in infos[0]
+    }
+    return np.concatenate(values), cast(Info, columns)
 
 
 def _part(info: Info, part: slice) -> Info:

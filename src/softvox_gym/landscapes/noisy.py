@@ -1,6 +1,6 @@
 """The landscape under noise: what every design is worth when the world differs each time.
 
-A table that ships with the package, and the function that made it.
+A table that ships with the package, and the function that draws it; `tools/noise.py` made it.
 """
 
 from __future__ import annotations
@@ -23,14 +23,9 @@ STATISTICS = "noise.npz"
 #: Levels of `softvox_gym.noise.Jakobi` that the table has.
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
 
-#: Draws per design: of all designs, of the best anew, and of the very best once more.
-DRAWS, MORE_DRAWS, MOST_DRAWS = 64, 256, 4096
-
-#: The fittest designs without noise that are drawn anew.
-N_NOMINAL = 200
-
-#: Of how many designs with the best means at a level there are at least so many draws.
-REDRAWN = {MORE_DRAWS: 100, MOST_DRAWS: 20}
+#: Draws of every design; and how many there are, at least, of so many designs with the best means.
+DRAWS = 64
+REDRAWN = {256: 100, 4096: 20}
 
 #: Simulations in one crossing into C.
 BATCH = 4096
@@ -104,39 +99,6 @@ def _exact() -> NDArray[np.void]:
 def name_of(level: float) -> str:
     """Return the name of a level in the archive."""
     return f"level_{level:g}"
-
-
-def measure(level: float, *, progress: Progress | None = None) -> NDArray[np.void]:
-    """Make the table of one level; see `noisy_landscape`.
-
-    Design i is drawn with the seed i, anew with 6561 + i, and once more with 2 * 6561 + i, at every
-    level.
-    """
-    everything = np.arange(N_DESIGNS)
-    rows = sample(everything, level, draws=DRAWS, seeds=everything, progress=progress)
-    nominal = np.argsort(-landscape()["fitness"], kind="stable")[:N_NOMINAL]
-    stage: tuple[int, int, NDArray[np.intp]] | None = (1, MORE_DRAWS, nominal)
-    while stage is not None:
-        number, draws, more = stage
-        seeds = number * N_DESIGNS + more
-        rows[more] = sample(more, level, draws=draws, seeds=seeds, progress=progress)
-        stage = _next_stage(rows)
-    return rows
-
-
-def _next_stage(rows: NDArray[np.void]) -> tuple[int, int, NDArray[np.intp]] | None:
-    """Return which designs are among the best with too few draws, and how many they need."""
-    for number, (draws, count) in enumerate(REDRAWN.items(), start=1):
-        best = best_at_level(rows, count)
-        more = best[rows["draws"][best] < draws]
-        if len(more):
-            return number, draws, more
-    return None
-
-
-def best_at_level(rows: NDArray[np.void], count: int) -> NDArray[np.intp]:
-    """Return so many designs with the best means, best first."""
-    return np.argsort(-rows["mean"], kind="stable")[:count]
 
 
 def sample(
