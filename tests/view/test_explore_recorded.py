@@ -14,10 +14,10 @@ pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
 
 from explore_page import map_pixels, one, opened, shown
 from explore_serving import serving
+from softvox_view.folders import ResultsError
 
 from softvox_gym import landscape
 from softvox_view.explore.recorded import read, read_all
-from softvox_view.folders import ResultsError
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="needs softvox-gym[search]")
 

@@ -12,10 +12,10 @@ from softvox_gym import Design
 from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
-from softvox_view.figures.bodies import best_of_bodies
 from softvox_view.figures.classes import KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
 from softvox_view.figures.heading import colour_of, mean_displacement
+from softvox_view.figures.robots import best_of_bodies
 from softvox_view.figures.robustness import kept
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE
 from softvox_view.figures.volume import relative_volume

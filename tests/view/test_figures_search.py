@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from search.made_results import random_runs, results
+from softvox_view.folders import ResultsError
+from softvox_view.results_folder import read
 from view.figure_labels import check_labels, texts_of
 
 from softvox_search import report
 from softvox_view.figures import Inputs, files_of, make, style
 from softvox_view.figures.search import look
-from softvox_view.folders import ResultsError
-from softvox_view.results_folder import read
 
 
 def folder_of(path, made):

@@ -82,7 +82,9 @@ def test_a_file_without_tracks_is_refused(read, text, fault):
 
 
 def test_a_file_that_is_not_there_or_is_a_folder_is_refused(tmp_path):
-    with pytest.raises(CsvError, match=r"no\.csv can't be read \(No such file or directory\); name"):
+    with pytest.raises(
+        CsvError, match=r"no\.csv can't be read \(No such file or directory\); name"
+    ):
         read_tracks(tmp_path / "no.csv", most_cycles=23)
     with pytest.raises(CsvError, match=r"can't be read \(Is a directory\); name a CSV file"):
         read_tracks(tmp_path, most_cycles=23)

@@ -2,11 +2,8 @@
 
 import base64
 import html
-import io
 import json
 import re
-import struct
-import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +12,7 @@ import pytest
 from softvox_gym import Design, Physics, simulate
 from softvox_view import replay
 from softvox_view.replay.data import bytes_per_frame, counts, rest_pose
-from softvox_view.replay.still import columns, png
+from softvox_view.replay.still import columns
 
 SHORT = Physics.published().lasting(2)
 
@@ -194,19 +191,6 @@ def test_a_title_is_text_and_nothing_else(result):
     page = replay.page(replay.recording(result, 0), replay.still(result, 0), title="</title><b>")
     assert "</title><b>" not in page
     assert "<title>&lt;/title&gt;&lt;b&gt;</title>" in page
-
-
-def test_a_png_holds_the_pictures_pixels():
-    picture = np.random.default_rng(1).integers(0, 256, (5, 7, 3), dtype=np.uint8)
-    content = png(picture)
-    assert struct.unpack(">II", content[16:24]) == (7, 5)
-    length = struct.unpack(">I", content[33:37])[0]
-    rows = np.frombuffer(zlib.decompress(content[41 : 41 + length]), np.uint8).reshape(5, 22)
-    assert (rows[:, 0] == 1).all()  # each byte less the one of the pixel to its left
-    seen = rows[:, 1:].reshape(5, 7, 3).cumsum(axis=1, dtype=np.uint8)
-    np.testing.assert_array_equal(seen, picture)
-    image = pytest.importorskip("PIL.Image")
-    np.testing.assert_array_equal(np.asarray(image.open(io.BytesIO(content))), picture)
 
 
 def test_a_still_shows_the_designs_in_rows(result):

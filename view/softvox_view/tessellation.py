@@ -57,7 +57,15 @@ def design_at(row: ArrayLike, column: ArrayLike) -> NDArray[np.int64]:
     ----------
     row, column : array_like of int
         0 to 80, of shapes that broadcast; row 0 is at the bottom.
+
+    Raises
+    ------
+    ValueError
+        For a cell off the map.
     """
+    for name, place in (("row", row), ("column", column)):
+        if not np.all((np.asarray(place) >= 0) & (np.asarray(place) < SIDE)):
+            raise ValueError(f"{name} must be 0 to {SIDE - 1}, got {place}")
     across, up = (np.asarray(place)[..., np.newaxis] // _WEIGHT % 3 for place in (column, row))
     number: NDArray[np.int64] = across @ 3**_RIGHT + up @ 3**_UP
     return number

@@ -22,11 +22,11 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.rendering import fitting_distance
+from softvox_gym.rendering import fitting_distance, png
 from softvox_gym.simulation import Result, simulate
 from softvox_view import replay
 from softvox_view.replay.data import bytes_per_frame, frames_of, label, short_label
-from softvox_view.replay.still import beside, png
+from softvox_view.replay.still import beside
 
 DESCRIPTION = """\
 Show designs in motion, side by side. What FILE ends in says how:

@@ -24,13 +24,13 @@ import softvox_gym
 from softvox_gym import Design, Physics, Result, engine, simulate
 from softvox_gym.engine import Progress
 from softvox_gym.physics import ACTUATIONS
+from softvox_gym.rendering import png
 from softvox_view import replay
 from softvox_view.explore import landscapes, paths, requests
 from softvox_view.explore.guard import Guard
 from softvox_view.explore.landscapes import Landscapes, listed
 from softvox_view.explore.recorded import Recorded
 from softvox_view.explore.requests import PHYSICS, BadRequestError
-from softvox_view.replay.still import png
 
 #: Computations at once, of all tabs; others wait.
 MOST = 16

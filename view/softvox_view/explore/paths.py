@@ -104,9 +104,9 @@ def main(name: str, seed: int, budget: int) -> None:
 
 def _path(name: str, seed: int, budget: int, progress: Progress) -> dict[str, Any]:
     from softvox_search import single
+    from softvox_search.oracle import Budget
 
-    experiment = single.experiment_of(name, options={}, seed=seed, unique=budget)
-    found = single.search(experiment, progress=progress)
+    found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
     return {
         "designs": found.columns["design"].tolist(),
         "fitness": listed(found.columns["fitness"]),

@@ -1,4 +1,4 @@
-"""How the paper's figures look: the project's style for print, without a grid, and their colours."""
+"""How the paper's figures look: the project's style for print without a grid, and colours."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from softvox_search.report.style import FORMATS, INK, PRINT, encoded, figure, scaled
+from softvox_search.report.style import FORMATS, INK, PRINT, encoded, figure
 from softvox_search.report.style import style as project_style
 
 # The style is the door to matplotlib, which it imports whatever MPLBACKEND names.
 from matplotlib import colormaps  # isort: skip
 from matplotlib.colors import ListedColormap  # isort: skip
+from matplotlib.figure import Figure  # isort: skip
 
 __all__ = ["FORMATS", "INK", "encoded", "figure", "on_white", "style"]
 
@@ -67,3 +68,10 @@ def style() -> Iterator[None]:
 def on_white(name: str) -> ListedColormap:
     """Return a map of colours, cut off before it is too pale beside white."""
     return ListedColormap(colormaps[name](np.linspace(0, PALEST, 256)))
+
+
+def lay_out(made: Figure) -> None:
+    """Put the parts of a figure where they belong, for good."""
+    if (engine := made.get_layout_engine()) is not None:
+        engine.execute(made)
+        made.set_layout_engine(None)

@@ -1,17 +1,15 @@
-"""Still pictures of replays, and PNG files of them, with the standard library alone."""
+"""Still pictures of replays."""
 
 from __future__ import annotations
 
 import base64
 import math
-import struct
-import zlib
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.rendering import Pose, fitting_distance, render
+from softvox_gym.rendering import Pose, fitting_distance, png, render
 from softvox_gym.simulation import Result
 from softvox_view.replay.data import checked_places, frames_of, pose
 
@@ -80,24 +78,6 @@ def beside(
 def columns(count: int) -> int:
     """Return how many panels stand in a row: up to three robots in one, then a square."""
     return max(count, 1) if count <= 3 else math.ceil(math.sqrt(count))
-
-
-def png(picture: NDArray[np.uint8]) -> bytes:
-    """Return a picture, uint8 of shape (height, width, 3), as the bytes of a PNG file."""
-    height, width, _ = picture.shape
-    rows = picture.reshape(height, 3 * width).astype(np.int16)
-    # Each byte less the one of the pixel to its left: what is even becomes zeros.
-    rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
-    filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(content))
-        + name
-        + content
-        + struct.pack(">I", zlib.crc32(name + content))
-        for name, content in parts
-    )
 
 
 def data_url(picture: NDArray[np.uint8]) -> str:
