@@ -21,15 +21,15 @@ def test_without_changes_the_physics_is_the_published_one():
 
 def test_the_sliders_begin_at_the_published_physics_and_reach_beyond_it():
     for slider in SLIDERS:
-        assert slider.low <= slider.default <= slider.high
-        if slider.name not in ("tilt", "downhill"):
-            assert slider.default == getattr(Physics.published(), slider.name)
+        assert slider["low"] <= slider["default"] <= slider["high"]
+        if slider["name"] not in ("tilt", "downhill"):
+            assert slider["default"] == getattr(Physics.published(), slider["name"])
 
 
 def test_every_slider_can_be_moved_to_both_ends():
     for slider in SLIDERS:
-        for end in (slider.low, slider.high):
-            physics(**{slider.name: end})
+        for end in (slider["low"], slider["high"]):
+            physics(**{slider["name"]: end})
 
 
 def test_a_tilted_floor_is_a_tilted_gravity():

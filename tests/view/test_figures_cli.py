@@ -127,7 +127,7 @@ def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(BadInputError, match="^figures needs matplotlib: pip install matplotlib$"):
+    with pytest.raises(BadInputError, match=r"^figures needs matplotlib: pip install matplotlib$"):
         softvox_figures("heatmap", "--out", tmp_path / "out")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from argparse import Namespace
 from math import isfinite
 from pathlib import Path
@@ -117,7 +118,7 @@ def design_of(text: str, shape: tuple[int, int, int]) -> Design:
             f"--shape has {lattice.sites} sites, and at most {MOST_SITES} are taken"
         )
     try:
-        is_number = len(text) != lattice.sites and text.isdecimal()
+        is_number = len(text) != lattice.sites and re.fullmatch(r"0|[1-9][0-9]*", text)
         return Design(int(text) if is_number else text, shape=lattice)
     except ValueError:
         last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"

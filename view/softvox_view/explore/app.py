@@ -8,7 +8,6 @@ import logging
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -90,7 +89,7 @@ class Explorer:
         return JSONResponse(
             {
                 "version": softvox_gym.__version__,
-                "sliders": [asdict(slider) for slider in requests.SLIDERS],
+                "sliders": requests.SLIDERS,
                 "actuations": ACTUATIONS,
                 "searchers": paths.searchers(),
                 "most_budget": requests.MOST_BUDGET,
@@ -215,7 +214,8 @@ def _simulated(request: Request) -> tuple[Result, list[str], dict[str, Any]]:
     asked = requests.read(request.query_params, needed=("design",), also=("compare", *PHYSICS))
     changes = {name: value for name, value in asked.items() if name in PHYSICS}
     physics, warnings = requests.physics_of(changes)
-    result = simulate(requests.designs_of(asked), physics, frames=_stride(physics), threads=1)
+    designs = [asked[name] for name in ("design", "compare") if name in asked]
+    result = simulate(designs, physics, frames=_stride(physics), threads=1)
     return result, warnings, changes
 
 

@@ -6,16 +6,16 @@ import re
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
-from math import cos, pi, sin
+from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
 
-from softvox_gym import Design, Physics
+from softvox_gym import Physics
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.noise import tilted
+from softvox_gym.physics import SPECS, ParameterError
 
 #: The physics that all changes start from.
 PRESET = "published"
@@ -43,40 +43,22 @@ class BadRequestError(ValueError):
         self.parameter = parameter
 
 
-@dataclass(frozen=True)
-class Slider:
-    """A parameter as the page shows it.
+_SHOWN = [
+    (spec.name, spec.about.partition(",")[0].capitalize(), spec.unit, *spec.slider, spec.published)
+    for spec in SPECS
+    if spec.slider
+]
+_TILT = ("tilt", "Tilt of the floor", "°", 0, 30, 0.5, 0.0)
+_DOWNHILL = ("downhill", "Downhill towards", "°", -180, 180, 5, 0.0)
 
-    Parameters
-    ----------
-    name : str
-        Of `Physics`, or `tilt` or `downhill`.
-    label, unit : str
-    low, high, step : float
-        Of the slider; the number beside it takes whatever the physics takes.
-    default : float
-    """
+#: The sliders of the page, in order; the number beside one takes whatever the physics takes.
+SLIDERS: list[dict[str, Any]] = [
+    dict(zip(("name", "label", "unit", "low", "high", "step", "default"), row, strict=True))
+    for row in (*_SHOWN, _TILT, _DOWNHILL)
+]
 
-    name: str
-    label: str
-    unit: str
-    low: float
-    high: float
-    step: float
-    default: float
-
-
-_published = Physics.preset(PRESET)
-SLIDERS = (
-    Slider("friction_static", "Static friction", "", 0, 2, 0.05, _published.friction_static),
-    Slider("friction_kinetic", "Kinetic friction", "", 0, 2, 0.05, _published.friction_kinetic),
-    Slider("shear_strength", "Shear strength", "Pa", 0, 50_000, 500, _published.shear_strength),
-    Slider("strain", "Strain", "", 0, 0.5, 0.005, _published.strain),
-    Slider("frequency_hz", "Frequency", "Hz", 0.5, 12, 0.1, _published.frequency_hz),
-    Slider("gravity", "Gravity", "m/s²", -25, 0, 0.1, _published.gravity),
-    Slider("tilt", "Tilt of the floor", "°", 0, 30, 0.5, 0.0),
-    Slider("downhill", "Downhill towards", "°", -180, 180, 5, 0.0),
-)
+#: What changes the physics.
+PHYSICS = (*(slider["name"] for slider in SLIDERS), "actuation")
 
 
 def _design(name: str, text: str) -> int:
@@ -87,52 +69,46 @@ def _design(name: str, text: str) -> int:
 
 
 def _whole(low: int, high: int) -> Callable[[str, str], int]:
-    def read(name: str, text: str) -> int:
+    def read_whole(name: str, text: str) -> int:
         if not re.fullmatch(r"[0-9]{1,18}", text) or not low <= int(text) <= high:
             raise BadRequestError(
                 f"{name} must be a whole number from {low} to {high}, got {text[:60]!r}", name
             )
         return int(text)
 
-    return read
+    return read_whole
 
 
-def _number(most: float = np.inf) -> Callable[[str, str], float]:
-    def read(name: str, text: str) -> float:
+def _number(most: float = inf) -> Callable[[str, str], float]:
+    def read_number(name: str, text: str) -> float:
         try:
             value = float(text)
         except ValueError:
             raise BadRequestError(f"{name} must be a number, got {text[:60]!r}", name) from None
-        if most < np.inf and not abs(value) <= most:
+        if most < inf and not abs(value) <= most:
             raise BadRequestError(
                 f"{name} must be between {-most:g} and {most:g} degrees, got {text[:60]}", name
             )
         return value  # the physics says what else is out of bounds
 
-    return read
+    return read_number
 
 
-def _text(name: str, text: str) -> str:
-    return text
-
-
-#: What reads each parameter. A floor that stands upright holds no robot.
+#: What reads each parameter; what is not here is text. A floor that stands upright holds no robot.
 READERS: dict[str, Callable[[str, str], Any]] = {
     "design": _design,
     "compare": _design,
-    "results": _text,
-    "searcher": _text,
     "seed": _whole(0, 10**15),
     "budget": _whole(1, MOST_BUDGET),
-    **{slider.name: _number() for slider in SLIDERS},
+    **{slider["name"]: _number() for slider in SLIDERS},
     "tilt": _number(80),
     "downhill": _number(360),
-    "actuation": _text,
 }
-PHYSICS = (*(slider.name for slider in SLIDERS), "actuation")
 
 
-def read(given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable[str] = ()) -> Any:
+def read(
+    given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable[str] = ()
+) -> dict[str, Any]:
     """Read the parameters of a request.
 
     Parameters
@@ -158,8 +134,8 @@ def read(given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable
             raise BadRequestError(
                 f"there is no parameter {name[:60]!r}; the parameters are {', '.join(names)}", name
             )
-    values = {name: given.get(name, "") for name in needed} | dict(given)
-    return {name: READERS[name](name, text) for name, text in values.items()}
+    texts = {name: given.get(name, "") for name in needed} | dict(given)
+    return {name: READERS.get(name, lambda _, text: text)(name, texts[name]) for name in texts}
 
 
 def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
@@ -177,26 +153,17 @@ def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
     """
     own = {name: value for name, value in changes.items() if name not in ("tilt", "downhill")}
     if tilt := changes.get("tilt", 0.0) * pi / 180:
-        gravity = np.array([[0.0, 0.0, own.get("gravity", _published.gravity)]])
+        down = own.get("gravity", Physics.preset(PRESET).gravity)
         towards = changes.get("downhill", 0.0) * pi / 180
         own["gravity"] = tilted(
-            gravity, np.array([tilt]), np.array([[cos(towards)], [sin(towards)]])
+            np.array([[0.0, 0.0, down]]),
+            np.array([tilt]),
+            np.array([[cos(towards)], [sin(towards)]]),
         )[0]
     with _warnings, warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
             physics = Physics.of({"preset": PRESET, **own})
-        except (TypeError, ValueError) as error:
-            raise BadRequestError(str(error), _named_in(str(error))) from error
+        except ParameterError as error:
+            raise BadRequestError(str(error), error.parameter) from error
     return physics, [str(warning.message) for warning in heard]
-
-
-def _named_in(message: str) -> str | None:
-    """Return the parameter that an error of the physics is about: the first that it names."""
-    known = {field.name for field in fields(Physics)} & set(PHYSICS)
-    return next((word for word in re.findall(r"\w+", message) if word in known), None)
-
-
-def designs_of(asked: Mapping[str, Any]) -> list[Design]:
-    """Return the design that a request is about, and the one to compare it with."""
-    return [Design(asked[name]) for name in ("design", "compare") if name in asked]
