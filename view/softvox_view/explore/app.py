@@ -134,8 +134,8 @@ class Explorer:
 
         def work(progress: Progress) -> dict[str, Any]:
             threads = max(1, self._threads // self.running)
-            made = self._landscapes.at(physics, threads=threads, progress=progress)
-            return {**made, "warnings": warnings}
+            values = self._landscapes.at(physics, threads=threads, progress=progress)
+            return {"values": values, "warnings": warnings}
 
         return self._streamed(work)
 

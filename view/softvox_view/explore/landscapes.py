@@ -1,4 +1,4 @@
-"""The landscape under any physics, and what changed against the published one."""
+"""The landscape under any physics, ready for the page."""
 
 from __future__ import annotations
 
@@ -16,38 +16,35 @@ from softvox_gym.landscapes import Table
 from softvox_gym.landscapes.table import compute
 from softvox_view.tessellation import SIDE, design_at
 
-#: How many of the fittest are compared.
-TOP = 100
-
 #: Landscapes that are kept, so that going back costs nothing.
 KEPT = 16
 
 #: Whose mean the map of noise shows.
 NOISE_LEVEL = 1.0
 
+#: Displacement and fitness of every design by name, None where it diverged.
+Values = dict[str, list[float | None]]
+
 
 class Landscapes:
     """Computes landscapes and keeps the latest; safe to use from several threads."""
 
     def __init__(self) -> None:
-        self._kept: dict[Physics, dict[str, Any]] = {}
+        self._kept = {Physics.published(): values_of(softvox_gym.landscape())}
 
-    def at(
-        self, physics: Physics, *, threads: int, progress: Progress | None = None
-    ) -> dict[str, Any]:
-        """Return the values and the changes under some physics, ready for JSON."""
-        kept = self._kept
-        if physics not in kept:
-            is_published = physics == Physics.published()
-            table = (
-                softvox_gym.landscape()
-                if is_published
-                else compute(physics, threads=threads, progress=progress)
-            )
-            while len(kept) >= KEPT:
-                kept.pop(next(iter(kept)), None)
-            kept[physics] = {"values": values(table), "changes": changes(table)}
-        return kept[physics]
+    def at(self, physics: Physics, *, threads: int, progress: Progress | None = None) -> Values:
+        """Return the landscape under some physics."""
+        if physics not in self._kept:
+            table = compute(physics, threads=threads, progress=progress)
+            if len(self._kept) >= KEPT:
+                self._kept.pop(list(self._kept)[1], None)
+            self._kept[physics] = values_of(table)
+        return self._kept[physics]
+
+
+def values_of(table: Table) -> Values:
+    """Return what the page shows of a landscape."""
+    return {name: listed(table[name]) for name in ("dx", "dy", "fitness")}
 
 
 def listed(numbers: NDArray[np.float64]) -> list[float | None]:
@@ -55,55 +52,9 @@ def listed(numbers: NDArray[np.float64]) -> list[float | None]:
     return [number if isfinite(number) else None for number in numbers.tolist()]
 
 
-def values(table: Table) -> dict[str, list[float | None]]:
-    """Return displacement and fitness of every design ready for JSON; None where diverged."""
-    return {name: listed(table[name]) for name in ("dx", "dy", "fitness")}
-
-
-def ranking(fitness: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return all designs, fittest first; of equals the lower number, and what diverged last."""
-    return np.argsort(-np.nan_to_num(fitness, nan=-1.0), kind="stable")
-
-
-def changes(table: Table) -> dict[str, Any]:
-    """Return what changed against the published landscape, ready for JSON.
-
-    Returns
-    -------
-    dict
-        top : of how many of the fittest; stayed : how many of these are the same; best : the design
-        that is now best, and best_before : the one that was, each with design, fitness,
-        fitness_before, rank and rank_before; diverged : how many; mean_difference : over all
-        designs that did not, voxel widths.
-    """
-    before, now = softvox_gym.landscape()["fitness"], table["fitness"]
-    order, order_before = ranking(now), ranking(before)
-    rank, rank_before = np.argsort(order), np.argsort(order_before)
-
-    def standing(design: int) -> dict[str, Any]:
-        return {
-            "design": design,
-            "fitness": listed(now[[design]])[0],
-            "fitness_before": float(before[design]),
-            "rank": int(rank[design]) + 1,
-            "rank_before": int(rank_before[design]) + 1,
-        }
-
-    is_ok = np.isfinite(now)
-    difference = (now - before)[is_ok]
-    return {
-        "top": TOP,
-        "stayed": len(set(order[:TOP].tolist()) & set(order_before[:TOP].tolist())),
-        "best": standing(int(order[0])),
-        "best_before": standing(int(order_before[0])),
-        "diverged": int((~is_ok).sum()),
-        "mean_difference": float(difference.mean()) if len(difference) else None,
-    }
-
-
 @lru_cache(maxsize=1)
 def atlas() -> dict[str, Any]:
-    """Return all that the page knows from the start, ready for JSON.
+    """Return all that the page knows from the start.
 
     Returns
     -------
@@ -115,9 +66,9 @@ def atlas() -> dict[str, Any]:
     row, column = np.divmod(np.arange(len(table)), SIDE)
     return {
         "side": SIDE,
-        "cells": np.asarray(design_at(row, column)).tolist(),
+        "cells": design_at(row, column).tolist(),
         **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
         "noise": listed(noisy_landscape(NOISE_LEVEL)["mean"]),
         "noise_level": NOISE_LEVEL,
-        **values(table),
+        **values_of(table),
     }

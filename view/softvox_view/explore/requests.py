@@ -44,7 +44,13 @@ class BadRequestError(ValueError):
 
 
 _SHOWN = [
-    (spec.name, spec.about.partition(",")[0].capitalize(), spec.unit, *spec.slider, spec.published)
+    (
+        spec.name,
+        spec.about.partition(",")[0].capitalize(),
+        spec.unit.replace("^2", "²"),
+        *spec.slider,
+        spec.published,
+    )
     for spec in SPECS
     if spec.slider
 ]

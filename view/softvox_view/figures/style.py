@@ -20,8 +20,8 @@ __all__ = ["FORMATS", "INK", "encoded", "figure", "on_white", "style"]
 #: Inches: the text width of a two-column paper. Pixels per inch.
 WIDTH, DPI = PRINT.widest, PRINT.dpi
 
-#: Points.
-FONT, SMALL, TINY = 8.0, 7.0, 5.5
+#: Points: of numbers and labels, and of what stands within a panel.
+SMALL, TINY = PRINT.font, 5.5
 
 GREY, PALE = "#8C8C8C", "#D9D9D9"
 
@@ -34,26 +34,12 @@ TIME = "viridis"
 #: Where a map of colours ends that has to stay apart from white.
 PALEST = 0.9
 
-#: Maps have frames and no grid; what differs from the project's style besides sizes.
+#: What differs from the project's style: maps have frames and no grid, and d_0 is a symbol.
 _CHANGES = {
-    "font.size": FONT,
-    "axes.titlesize": FONT,
-    "axes.labelsize": FONT,
-    "xtick.labelsize": SMALL,
-    "ytick.labelsize": SMALL,
-    "legend.fontsize": SMALL,
-    "legend.title_fontsize": SMALL,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
     "axes.spines.top": True,
     "axes.spines.right": True,
     "axes.grid": False,
     "axes.axisbelow": "line",
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
     "text.parse_math": True,
 }
 

@@ -115,8 +115,8 @@ def draw(panels: Sequence[Panel], half: float) -> Figure:
         line = _tracks(axis, panel)
         _frame(axis, panel, own)
         corners.append(_inset(axis, panel, own))
-    made.supxlabel("x, cm", size=style.FONT)
-    made.supylabel("y, cm", size=style.FONT)
+    made.supxlabel("x, cm")
+    made.supylabel("y, cm")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
     if is_compared:

@@ -4,7 +4,7 @@
 import { SoftvoxPlayer } from "/player/player.js";
 import { Controls } from "./controls.js";
 import { colouring, drawScale } from "./colours.js";
-import { find } from "./dom.js";
+import { element, find } from "./dom.js";
 import { csvOf, nameOf, pictureOf } from "./downloads.js";
 import { LandscapeMap } from "./map.js";
 import * as panels from "./panels.js";
@@ -197,13 +197,14 @@ class App {
     await this.#simulate(isStep);
   }
 
-  #showLandscape({ values, changes, warnings }) {
+  #showLandscape({ values, warnings }) {
     const isPublished = Object.keys(this.#state.parameters).length === 0;
     this.#values = values;
     this.controls.clear();
-    panels.fillChanges(find("changes"), changes, warnings, isPublished);
-    const { best, best_before: before } = changes;
-    this.map.showBest(isPublished ? null : { from: before.design, to: best.design });
+    const { best, former, lines } = panels.changesOf(this.#atlas.fitness, values.fitness);
+    const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
+    find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
+    this.map.showBest(isPublished ? null : { from: former, to: best });
     this.#paint();
   }
 
