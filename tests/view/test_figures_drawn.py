@@ -190,7 +190,7 @@ def test_simulated_tracks_are_a_file_of_tracks_that_has_no_error(tmp_path):
     made, _ = drawn("tracks")
     path = tmp_path / "again.csv"
     path.write_bytes(made.tables["tracks_simulated.csv"])
-    tracks = read_tracks(path, most_cycles=CYCLES)
+    tracks = read_tracks([path], most_cycles=CYCLES)
     assert [track.design for track in tracks] == [design.index for design in best_of_bodies()]
     again = make("tracks", Inputs(tracks=tracks))
     rows = again.tables["tracks_compared.csv"].decode().splitlines()
@@ -204,7 +204,7 @@ def test_a_robot_turned_aside_is_found_out(tmp_path):
     made, _ = drawn("tracks")
     path = tmp_path / "real.csv"
     path.write_bytes(made.tables["tracks_simulated.csv"])
-    track = read_tracks(path, most_cycles=CYCLES)[0]
+    track = read_tracks([path], most_cycles=CYCLES)[0]
     turned = RealTrack(track.design, "turned", track.cycle, track.position @ [[0, 1], [-1, 0]])
     row = compare(turned, track.position, PER_CYCLE)
     assert row.angle == pytest.approx(90)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from softvox_view.tracks_csv import CsvError, read_files, read_tracks
+from softvox_view.tracks_csv import CsvError, read_tracks
 
 HEADER = "design,trial,cycle,x_cm,y_cm\n"
 
@@ -11,7 +11,7 @@ def read(tmp_path):
     def from_text(text):
         path = tmp_path / "real.csv"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return read_tracks(path, most_cycles=23)
+        return read_tracks([path], most_cycles=23)
 
     return from_text
 
@@ -85,16 +85,16 @@ def test_a_file_that_is_not_there_or_is_a_folder_is_refused(tmp_path):
     with pytest.raises(
         CsvError, match=r"no\.csv can't be read \(No such file or directory\); name"
     ):
-        read_tracks(tmp_path / "no.csv", most_cycles=23)
+        read_tracks([tmp_path / "no.csv"], most_cycles=23)
     with pytest.raises(CsvError, match=r"can't be read \(Is a directory\); name a CSV file"):
-        read_tracks(tmp_path, most_cycles=23)
+        read_tracks([tmp_path], most_cycles=23)
 
 
 def test_several_files_are_read_one_after_the_other(tmp_path):
     for name, design, trial in (("a", 6453, 1), ("b", 6453, 2), ("c", 573, 1)):
         text = f"{HEADER}{design},{trial},0,0,0\n{design},{trial},1,1,1\n"
         (tmp_path / name).write_text(text)
-    made = read_files([tmp_path / name for name in "abc"], most_cycles=23)
+    made = read_tracks([tmp_path / name for name in "abc"], most_cycles=23)
     assert [(track.design, track.trial) for track in made] == [
         (6453, "1"),
         (6453, "2"),
@@ -105,6 +105,8 @@ def test_several_files_are_read_one_after_the_other(tmp_path):
 def test_a_trial_that_two_files_have_is_refused_with_both(tmp_path):
     for name in "ab":
         (tmp_path / name).write_text(HEADER + "6453,one,0,0,0\n6453,one,1,1,1\n")
-    fault = r"b: design 6453 has a trial 'one' in .*a as well; give one of them another name"
+    fault = (
+        r"b, line 2: design 6453 has a trial 'one' in .*a as well; give one of them another name"
+    )
     with pytest.raises(CsvError, match=fault):
-        read_files([tmp_path / "a", tmp_path / "b"], most_cycles=23)
+        read_tracks([tmp_path / "a", tmp_path / "b"], most_cycles=23)

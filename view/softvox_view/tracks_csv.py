@@ -61,33 +61,12 @@ class RealTrack:
     position: NDArray[np.float64]
 
 
-def read_files(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
-    """Read tracks of real robots from several files; see `read_tracks`.
-
-    Raises
-    ------
-    CsvError
-        Also where two files have a trial of one name of the same design.
-    """
-    found: dict[tuple[int, str], tuple[Path, RealTrack]] = {}
-    for path in paths:
-        for track in read_tracks(path, most_cycles=most_cycles):
-            design, trial = track.design, track.trial
-            if (design, trial) in found:
-                raise CsvError(
-                    f"{path}: design {design} has a trial {trial!r} in {found[design, trial][0]} "
-                    "as well; give one of them another name, or leave one of the files out"
-                )
-            found[design, trial] = path, track
-    return tuple(track for _, track in found.values())
-
-
-def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
-    """Read tracks of real robots.
+def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
+    """Read tracks of real robots from some files.
 
     Parameters
     ----------
-    path : Path
+    paths : sequence of Path
     most_cycles : float
         How many cycles there are to compare with; a track may not go on for longer.
 
@@ -99,23 +78,33 @@ def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
     Raises
     ------
     CsvError
-        Where the file can't be read, or is not as this module says.
+        Where a file can't be read or is not as this module says, or two have one trial.
     """
     points: dict[tuple[int, str], list[Point]] = {}
-    for where, (design, trial, *numbers) in _records(path):
-        cycle, x, y = map(lambda name, text: _number(where, name, text), COLUMNS[2:], numbers)
-        made = points.setdefault((_design(where, design.strip()), trial.strip()), [])
-        _check(where, made, (cycle, x, y), most_cycles)
-        made.append((cycle, x, y))
-    if not points:
-        raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
-    for (number, trial), made in points.items():
+    source: dict[tuple[int, str], Path] = {}
+    for path in paths:
+        for where, (design, name, *numbers) in _records(path):
+            trial = _design(where, design.strip()), name.strip()
+            cycle, x, y = (_number(where, *pair) for pair in zip(COLUMNS[2:], numbers, strict=True))
+            if source.setdefault(trial, path) != path:
+                raise CsvError(
+                    f"{where}: design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as "
+                    "well; give one of them another name, or leave one of the files out"
+                )
+            _check(where, points.setdefault(trial, []), (cycle, x, y), most_cycles)
+            points[trial].append((cycle, x, y))
+        if path not in source.values():
+            raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
+    for (number, name), made in points.items():
         if len(made) < 2:
             raise CsvError(
-                f"{path}: design {number} has one point in trial {trial!r}, and a track needs two "
-                "or more; add the others, or take it out"
+                f"{source[number, name]}: design {number} has one point in trial {name!r}, and a "
+                "track needs two or more; add the others, or take it out"
             )
-    return tuple(_track(design, trial, made) for (design, trial), made in points.items())
+    tracks = {trial: np.array(made) for trial, made in points.items()}
+    return tuple(
+        RealTrack(*trial, made[:, 0], made[:, 1:] - made[0, 1:]) for trial, made in tracks.items()
+    )
 
 
 def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
@@ -160,11 +149,6 @@ def _text(path: Path) -> str:
         line = 1 + content[:fault].count(b"\n")
         raise CsvError(f"{path}, line {line}: not text in UTF-8; save the file as CSV in UTF-8")
     return text
-
-
-def _track(design: int, trial: str, points: list[Point]) -> RealTrack:
-    values = np.array(points)
-    return RealTrack(design, trial, values[:, 0], values[:, 1:] - values[0, 1:])
 
 
 def _design(where: str, text: str) -> int:

@@ -54,14 +54,17 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage="softvox figures [NAME ...] [--out DIR] [--format FORMAT ...] [options]",
     )
-    parser.add_argument("names", nargs="*", metavar="NAME", help="figures (default: all)")
+    parser.add_argument(
+        "names", nargs="*", choices=list(FIGURES), metavar="NAME", help="figures (default: all)"
+    )
     parser.add_argument(
         "--out", type=Path, default=OUT, metavar="DIR", help=f"folder (default: {OUT})"
     )
     parser.add_argument(
         "--format",
         nargs="+",
-        default=list(FORMATS),
+        choices=FORMATS,
+        default=FORMATS,
         metavar="FORMAT",
         help=f"of {', '.join(FORMATS)} (default: all)",
     )
@@ -81,7 +84,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, draw, write all files at once, then say so."""
-    formats = _known("format", args.format, FORMATS)
+    formats = list(dict.fromkeys(args.format))
     names = _names(args)
     try:
         for module in ("style", "search") if args.results else ("style",):
@@ -90,7 +93,8 @@ def run(args: Namespace) -> int:
         raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
     inputs = Inputs(tracks=_tracks(args.tracks), results=read_results(args.results))
     with bad_input("--out"):
-        check_folder(args.out, _expected(names, formats), force=args.force)
+        expected = [f"{name}.{form}" for name in names for form in formats]
+        check_folder(args.out, expected, force=args.force)
     files: dict[str, bytes] = {}
     lines: list[str] = []
     with Progress(sys.stderr, quiet=args.quiet, unit="figures") as progress:
@@ -111,10 +115,10 @@ def _tracks(paths: Sequence[Path]) -> tuple[RealTrack, ...]:
     if not paths:
         return ()
     from softvox_view.figures import tracks
-    from softvox_view.tracks_csv import read_files
+    from softvox_view.tracks_csv import read_tracks
 
     with bad_input("--tracks"):
-        real = read_files(paths, most_cycles=tracks.CYCLES)
+        real = read_tracks(paths, most_cycles=tracks.CYCLES)
         tracks.designs_of(real)
     return real
 
@@ -129,19 +133,9 @@ def _drop_pages(
                 page.unlink()
 
 
-def _known(what: str, given: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return what was asked for, each once."""
-    for name in given:
-        if name not in known:
-            hint = f"; the figures go before --{what}" if what == "format" else ""
-            hint = hint if name in FIGURES else ""
-            raise BadInputError(f"no {what} {name!r}; there are {', '.join(known)}{hint}")
-    return list(dict.fromkeys(given))
-
-
 def _names(args: Namespace) -> list[str]:
     """Return the figures to draw, and make sure that each is given what it is made of."""
-    names = _known("figure", args.names, list(FIGURES))
+    names = list(dict.fromkeys(args.names))
     if not names:
         names = [name for name in FIGURES if name != "search" or args.results]
     if "search" in names and not args.results:
@@ -156,8 +150,3 @@ def _names(args: Namespace) -> list[str]:
         if given and name not in names:
             raise BadInputError(f"{option} is for the figure {name}; name that as well")
     return names
-
-
-def _expected(names: Sequence[str], formats: Sequence[str]) -> list[str]:
-    """Return the files that are known before the figures are drawn."""
-    return [f"{name}.{form}" for name in names for form in formats]

@@ -96,7 +96,7 @@ def main(name: str, seed: int, budget: int) -> None:
         try:
             path = _path(name, seed, budget, progress)
         except Exception as error:  # whatever a library says, the page is to show
-            path = {"error": _in_words(name, error)}
+            path = {"error": str(error).replace("--searcher", "searcher") or type(error).__name__}
     ended.set()
     teller.join()
     say(path)
@@ -113,14 +113,6 @@ def _path(name: str, seed: int, budget: int, progress: Progress) -> dict[str, An
         "recommended": found.design.index,
         "rank": found.truth.rank,
     }
-
-
-def _in_words(name: str, error: Exception) -> str:
-    """Return an error in the page's words, with what to install where a library is missing."""
-    missing = error if isinstance(error, ModuleNotFoundError) else error.__cause__
-    if isinstance(missing, ModuleNotFoundError):
-        return f"searcher {name} needs {missing.name}: pip install {missing.name}"
-    return str(error).replace("--searcher", "searcher") or type(error).__name__
 
 
 if __name__ == "__main__":
