@@ -3,6 +3,7 @@ import json
 import os
 import pty
 import subprocess
+from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
@@ -204,8 +205,30 @@ def test_saved_frames_are_not_overwritten_unless_forced(tmp_path):
 def test_kinetic_friction_above_static_is_one_line_of_warning_and_goes_on():
     done = softvox("simulate", "7", "--friction-kinetic", "2", *SHORT)
     assert done.returncode == 0
-    assert done.stderr.startswith("softvox: warning: --friction-kinetic (2.0) is above --friction")
+    assert done.stderr.startswith("softvox: warning: friction_kinetic (2.0) is above friction_stat")
     assert len(done.stderr.splitlines()) == 1
+
+
+COMMANDS = ["landscape", "robustness", "simulate", "verify"]
+COMMANDS += [entry.name for entry in entry_points(group="softvox_gym.commands")]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *([command, "--help"] for command in COMMANDS),
+        ["replay", "6453", "--out", "ä.html"],
+        ["simulate", "6453", "--frames", "ä.npz"],
+        ["search", "--searcher", "random", "--budget", "5", "--out", "ä.csv"],
+        ["landscape", "--duration", "0.3", "--out", "ä"],
+    ],
+    ids=" ".join,
+)
+def test_a_terminal_without_unicode_gets_escapes(arguments, tmp_path):
+    done = softvox(*arguments, cwd=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout
+    assert done.stdout.isascii()
 
 
 def test_a_reader_that_has_seen_enough_is_no_error():
