@@ -211,8 +211,3 @@ def test_a_robot_turned_aside_is_found_out(tmp_path):
     assert row.end_point_error == pytest.approx(np.sqrt(2) * row.distance_real)
     shown = make("tracks", Inputs(tracks=(turned,)))
     assert any("turned" in line and " 90.0 " in line for line in shown.lines)
-
-
-def test_an_unknown_figure_is_refused_with_the_names_there_are():
-    with pytest.raises(ValueError, match="no figure 'heatmaps'; there are gallery, tessellation"):
-        make("heatmaps")

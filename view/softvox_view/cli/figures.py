@@ -54,9 +54,7 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage="softvox figures [NAME ...] [--out DIR] [--format FORMAT ...] [options]",
     )
-    parser.add_argument(
-        "names", nargs="*", choices=list(FIGURES), metavar="NAME", help="figures (default: all)"
-    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="figures (default: all)")
     parser.add_argument(
         "--out", type=Path, default=OUT, metavar="DIR", help=f"folder (default: {OUT})"
     )
@@ -136,6 +134,9 @@ def _drop_pages(
 def _names(args: Namespace) -> list[str]:
     """Return the figures to draw, and make sure that each is given what it is made of."""
     names = list(dict.fromkeys(args.names))
+    for name in names:
+        if name not in FIGURES:
+            raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
     if not names:
         names = [name for name in FIGURES if name != "search" or args.results]
     if "search" in names and not args.results:
