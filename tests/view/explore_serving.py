@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import signal
 import threading
 from contextlib import contextmanager
 from urllib.parse import urlencode
@@ -64,6 +65,6 @@ def serving(results=None):
     try:
         yield Served(server)
     finally:
-        server.stop()
+        server.handle_exit(signal.SIGTERM, None)
         thread.join(20)
         assert not thread.is_alive()

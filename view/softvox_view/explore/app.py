@@ -27,7 +27,7 @@ from softvox_gym.rendering import png
 from softvox_view import replay
 from softvox_view.explore import landscapes, paths, requests
 from softvox_view.explore.guard import Guard
-from softvox_view.explore.landscapes import Landscapes, listed
+from softvox_view.explore.landscapes import listed
 from softvox_view.explore.recorded import Recorded
 from softvox_view.explore.requests import PHYSICS, BadRequestError
 
@@ -63,7 +63,6 @@ class Explorer:
     ) -> None:
         self.running = 0
         self.stopping = threading.Event()
-        self._landscapes = Landscapes()
         self._threads = threads or engine.default_threads()
         self._results = results or {}
         self._pool = ThreadPoolExecutor(max_workers=MOST)
@@ -134,7 +133,7 @@ class Explorer:
 
         def work(progress: Progress) -> dict[str, Any]:
             threads = max(1, self._threads // self.running)
-            values = self._landscapes.at(physics, threads=threads, progress=progress)
+            values = landscapes.landscape(physics, threads=threads, progress=progress)
             return {"values": values, "warnings": warnings}
 
         return self._streamed(work)

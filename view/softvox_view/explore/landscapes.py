@@ -26,20 +26,19 @@ NOISE_LEVEL = 1.0
 Values = dict[str, list[float | None]]
 
 
-class Landscapes:
-    """Computes landscapes and keeps the latest; safe to use from several threads."""
+_kept: dict[Physics, Values] = {}
 
-    def __init__(self) -> None:
-        self._kept = {Physics.published(): values_of(softvox_gym.landscape())}
 
-    def at(self, physics: Physics, *, threads: int, progress: Progress | None = None) -> Values:
-        """Return the landscape under some physics."""
-        if physics not in self._kept:
-            table = compute(physics, threads=threads, progress=progress)
-            if len(self._kept) >= KEPT:
-                self._kept.pop(list(self._kept)[1], None)
-            self._kept[physics] = values_of(table)
-        return self._kept[physics]
+def landscape(physics: Physics, *, threads: int, progress: Progress | None = None) -> Values:
+    """Return the landscape under some physics; the latest are kept."""
+    if physics == Physics.published():
+        return values_of(softvox_gym.landscape())
+    if physics not in _kept:
+        values = values_of(compute(physics, threads=threads, progress=progress))
+        while len(_kept) >= KEPT:
+            _kept.pop(next(iter(_kept)), None)
+        _kept[physics] = values
+    return _kept[physics]
 
 
 def values_of(table: Table) -> Values:

@@ -60,8 +60,3 @@ class Server(uvicorn.Server):
         """End what still computes, so that its readers are not waited for."""
         self.explorer.stopping.set()
         super().handle_exit(sig, frame)
-
-    def stop(self) -> None:
-        """End, from another thread."""
-        self.explorer.stopping.set()
-        self.should_exit = True

@@ -71,25 +71,19 @@ class Panel:
     compared: tuple[Compared, ...] = ()
 
     @property
-    def middle(self) -> Array:
-        """The middle of all tracks, cm."""
-        low, high = self._ends()
-        return (low + high) / 2
+    def points(self) -> Array:
+        """All points of all tracks, cm, shape (n, 2)."""
+        return np.concatenate([self.simulated, *(track.position for track in self.real)])
 
     @property
-    def half(self) -> float:
-        """Half a side of the square around all tracks, cm."""
-        low, high = self._ends()
-        return float((high - low).max()) / 2
-
-    def _ends(self) -> tuple[Array, Array]:
-        points = np.concatenate([self.simulated, *(track.position for track in self.real)])
-        return points.min(axis=0), points.max(axis=0)
+    def middle(self) -> Array:
+        """The middle of all tracks, cm."""
+        return (self.points.min(axis=0) + self.points.max(axis=0)) / 2
 
 
-def shared_half(simulated: Sequence[Array]) -> float:
-    """Return half a panel's side, cm, that all simulated tracks have room in."""
-    reach = max(float(np.ptp(track, axis=0).max()) for track in simulated) / 2
+def needed_half(points: Sequence[Array]) -> float:
+    """Return half a panel's side, cm, that any of some tracks has room in."""
+    reach = max(float(np.ptp(track, axis=0).max()) for track in points) / 2
     return max((1 + MARGIN) * reach, LEAST_HALF)
 
 
@@ -109,7 +103,7 @@ def draw(panels: Sequence[Panel], half: float) -> Figure:
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
         axis.remove()
-    halves = [max(half, (1 + MARGIN) * panel.half) if panel.real else half for panel in panels]
+    halves = [max(half, needed_half([panel.points])) for panel in panels]
     corners = []
     for axis, panel, own in zip(axes, panels, halves, strict=False):
         line = _tracks(axis, panel)

@@ -53,7 +53,7 @@ def draw(inputs: Inputs) -> Drawing:
         )
         for i, design in enumerate(designs)
     ]
-    half = track_page.shared_half(list(simulated.values()))
+    half = track_page.needed_half(list(simulated.values()))
     figures = {
         f"tracks_{1 + first // PER_PAGE}" if first else "tracks": track_page.draw(
             panels[first : first + PER_PAGE], half

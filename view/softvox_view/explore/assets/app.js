@@ -143,7 +143,7 @@ class App {
   #showRobots({ robots, recording }, query) {
     const { design, compare, parameters } = this.#state;
     this.#robots = robots;
-    this.map.mark({ design, compare: compare || null });
+    this.map.show({ marks: { design, compare } });
     this.#showEdited();
     find("end-compare").hidden = !compare;
     find("save-replay").href = address("/api/replay.html", query);
@@ -204,7 +204,7 @@ class App {
     const { best, former, lines } = panels.changesOf(this.#atlas.fitness, values.fitness);
     const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
     find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
-    this.map.showBest(isPublished ? null : { from: former, to: best });
+    this.map.show({ best: isPublished ? null : { from: former, to: best } });
     this.#paint();
   }
 

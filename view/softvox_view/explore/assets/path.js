@@ -107,14 +107,14 @@ export class PathPanel {
 
   #draw() {
     const upto = Number(find("upto").value);
-    this.#map.showPath({ ...this.#path, upto });
+    this.#map.show({ path: { ...this.#path, upto } });
     find("path-text").textContent = pathInShort(this.#path, upto, this.#atlas);
   }
 
   #clear() {
     this.#asked.cancel();
     this.#path = null;
-    this.#map.showPath(null);
+    this.#map.show({ path: null });
     find("upto-row").hidden = true;
     find("path-progress").hidden = true;
     find("path-text").textContent = "";

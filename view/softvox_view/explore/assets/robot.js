@@ -21,11 +21,6 @@ export function digitsOf(design) {
   return Array.from({ length: 8 }, (_, i) => Math.floor(design / 3 ** i) % 3).join("");
 }
 
-/** The number of a design with these digits. */
-function designOf(digits) {
-  return [...digits].reduce((sum, digit, i) => sum + Number(digit) * 3 ** i, 0);
-}
-
 /** Where a site is: [x, y, z]. */
 function siteOf(i) {
   return [i & 1, (i >> 1) & 1, i >> 2];
@@ -73,10 +68,7 @@ export class Editor {
   #digits = "00000000";
   #buttons = [];
 
-  /**
-   * @param {HTMLElement} parent
-   * @param {(design: number) => void} onChange
-   */
+  /** Fill an element; calls onChange(digits). */
   constructor(parent, onChange) {
     for (const z of [1, 0]) {
       const legend = element("legend", { text: z ? "upper layer" : "lower layer" });
@@ -93,7 +85,7 @@ export class Editor {
       const digits = [...this.#digits];
       digits[i] = (Number(digits[i]) + 1) % 3;
       this.show(digits.join(""));
-      onChange(designOf(this.#digits));
+      onChange(this.#digits);
     });
     this.#buttons[i] = button;
     return button;
