@@ -75,10 +75,11 @@ def library(name: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        if error.name != name.partition(".")[0]:
+        if not error.name or not f"{name}.".startswith(f"{error.name}."):
             raise
+        package = name.partition(".")[0]
         raise ImportError(
-            f"{error.name} is not installed: pip install {error.name}", name=error.name
+            f"{package} is not installed: pip install {package}", name=package
         ) from error
     finally:
         set_global_states(states)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE, stack_of
-from softvox_gym.simulation import check_count
+from softvox_gym.simulation import MOST, check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.options import check_real
@@ -66,9 +66,9 @@ class Budget:
     cpu_seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("unique", "evaluations", "steps"):
+        for name, most in (("unique", MOST), ("evaluations", MOST), ("steps", 10**15)):
             if getattr(self, name) is not None:
-                check_count(f"budget {name}", getattr(self, name), least=1)
+                check_count(f"budget {name}", getattr(self, name), least=1, most=most)
         if self.cpu_seconds is not None:
             check_real("budget cpu_seconds", self.cpu_seconds)
             if not 0 < self.cpu_seconds < np.inf:
@@ -297,7 +297,9 @@ class Oracle:
             known = len(self._places)
             added = self._simulated(rows[fresh], None)
             if known + len(added) > len(self._cache):
-                self._cache = np.resize(self._cache, 2 * (known + len(added)))
+                larger = np.zeros(2 * (known + len(added)), dtype=_RECORD)
+                larger[:known] = self._cache[:known]
+                self._cache = larger
             self._cache[known : known + len(added)] = added
             for i in np.flatnonzero(fresh).tolist():
                 self._places[keys[i]] = len(self._places)

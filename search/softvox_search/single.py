@@ -283,16 +283,9 @@ def _is_published(physics: Any) -> bool:
 def _truth(design: Design, physics: Any) -> tuple[float, Standing | None]:
     """Return a design's fitness without noise, and where it stands if that is known."""
     if design.lattice == Lattice():
-        standing = Standing.of(design, _landscape(physics))
+        standing = Standing.of(design, landscape(physics)["fitness"])
         return standing.fitness, standing
     return float(evaluate_designs(design, physics).value[0]), None
-
-
-def _landscape(physics: Any) -> NDArray[np.float64]:
-    """Return the fitness of every design of the 2x2x2 lattice, shape (6561,)."""
-    if _is_published(physics):
-        return np.asarray(landscape()["fitness"])
-    return evaluate_designs(np.arange(Lattice().n_designs), physics).value
 
 
 def _under_noise(design: Design, physics: Any, level: float) -> Standing | None:
