@@ -97,9 +97,7 @@ def test_without_the_framework_it_says_what_to_install():
     )
     done = subprocess.run([*COMMAND[:1], "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert done.stderr == (
-        "softvox: error: explore needs uvicorn: pip install 'softvox-gym[explore]'\n"
-    )
+    assert done.stderr == ("softvox: error: explore needs uvicorn: pip install uvicorn\n")
 
 
 def test_help_fits_80_columns_and_loads_no_framework():

@@ -227,8 +227,10 @@ def test_a_replay_and_a_still_picture_can_be_had(served):
 
 def test_a_searchers_path_is_its_run_on_the_table(served):
     single = pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
+    from softvox_search.oracle import Budget
+
     status, events = served.lines("/api/path", searcher="random", seed=5, budget=40)
-    found = single.search(single.experiment_of("random", options={}, seed=5, unique=40))
+    found = single.search("random", budget=Budget(unique=40), seed=5)
     assert status == 200
     assert events[-1]["event"] == "done"
     assert events[-1]["designs"] == found.columns["design"].tolist()
@@ -243,7 +245,7 @@ def test_a_searcher_whose_library_is_missing_says_what_to_install(name, library)
         f"from softvox_view.explore.paths import main; main({name!r}, 1, 10)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    (told,) = map(json.loads, done.stdout.splitlines())
+    *_, told = map(json.loads, done.stdout.splitlines())
     assert name in told["error"]
     assert library in told["error"]
     assert "pip install" in told["error"]

@@ -65,7 +65,7 @@ def design_at(row: ArrayLike, column: ArrayLike) -> NDArray[np.int64]:
     """
     for name, place in (("row", row), ("column", column)):
         if not np.all((np.asarray(place) >= 0) & (np.asarray(place) < SIDE)):
-            raise ValueError(f"{name} must be 0 to {SIDE - 1}, got {place}")
+            raise ValueError(f"{name} must be 0 to {SIDE - 1}, got {place!r}")
     across, up = (np.asarray(place)[..., np.newaxis] // _WEIGHT % 3 for place in (column, row))
     number: NDArray[np.int64] = across @ 3**_RIGHT + up @ 3**_UP
     return number

@@ -10,7 +10,6 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import numpy as np
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
@@ -221,7 +220,7 @@ def _simulated(request: Request) -> tuple[Result, list[str], dict[str, Any]]:
 def _stride(physics: Physics) -> int:
     """Return the steps from frame to frame of a recording."""
     wish = FRAMES_PER_CYCLE * float(physics.frequency_hz) * float(physics.duration)
-    frames = np.clip(wish, FEWEST_FRAMES, MOST_FRAMES)
+    frames = min(max(wish, FEWEST_FRAMES), MOST_FRAMES)
     return max(1, round(float(physics.duration) / float(physics.time_step) / frames))
 
 

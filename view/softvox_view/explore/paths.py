@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from softvox_gym.engine import Progress
+from softvox_gym.missing import missing
 from softvox_view.explore.landscapes import listed
 from softvox_view.explore.requests import BadRequestError
 
@@ -96,7 +97,10 @@ def main(name: str, seed: int, budget: int) -> None:
         try:
             path = _path(name, seed, budget, progress)
         except Exception as error:  # whatever a library says, the page is to show
-            path = {"error": str(error).replace("--searcher", "searcher") or type(error).__name__}
+            cause = error if isinstance(error, ImportError) else error.__cause__
+            words = str(error).replace("--searcher", "searcher") or type(error).__name__
+            lacks = isinstance(cause, ImportError)
+            path = {"error": missing(f"searcher {name}", cause) if lacks else words}
     ended.set()
     teller.join()
     say(path)
@@ -107,6 +111,7 @@ def _path(name: str, seed: int, budget: int, progress: Progress) -> dict[str, An
     from softvox_search.oracle import Budget
 
     found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
+    assert found.truth is not None  # on this lattice it is known
     return {
         "designs": found.columns["design"].tolist(),
         "fitness": listed(found.columns["fitness"]),

@@ -141,7 +141,9 @@ def read(
                 f"there is no parameter {name[:60]!r}; the parameters are {', '.join(names)}", name
             )
     texts = {name: given.get(name, "") for name in needed} | dict(given)
-    return {name: READERS.get(name, lambda _, text: text)(name, texts[name]) for name in texts}
+    return {
+        name: READERS[name](name, text) if name in READERS else text for name, text in texts.items()
+    }
 
 
 def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:

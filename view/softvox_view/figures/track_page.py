@@ -73,12 +73,14 @@ class Panel:
     @property
     def points(self) -> Array:
         """All points of all tracks, cm, shape (n, 2)."""
-        return np.concatenate([self.simulated, *(track.position for track in self.real)])
+        points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
+        return points
 
     @property
     def middle(self) -> Array:
         """The middle of all tracks, cm."""
-        return (self.points.min(axis=0) + self.points.max(axis=0)) / 2
+        middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
+        return middle
 
 
 def needed_half(points: Sequence[Array]) -> float:
