@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 
 def _import_matplotlib() -> None:
@@ -35,10 +35,12 @@ def _import_matplotlib() -> None:
 _import_matplotlib()
 
 import matplotlib  # noqa: E402, it needs the lines above
-from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ def style(look: Look = SCREEN, changes: dict[Any, Any] | None = None) -> Iterato
     """
     with matplotlib.rc_context():
         before = _look.set(look)
-        sizes = {name: scaled(size) for name, size in _SIZES.items()}
+        sizes: dict[Any, Any] = {name: scaled(size) for name, size in _SIZES.items()}
         matplotlib.rcdefaults()
         matplotlib.rcParams.update({**_STYLE, **sizes, "figure.dpi": look.dpi, **(changes or {})})
         try:
