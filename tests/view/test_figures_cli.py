@@ -86,7 +86,7 @@ def test_earlier_figures_stay_unless_forced(tmp_path):
         (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
         (["heatmap", "--results", "results"], "--results is for the figure search; name that"),
         (["--tracks", "nothing.csv"], r"--tracks nothing\.csv can't be read"),
-        (["--results", "nothing"], "--results nothing is not a folder"),
+        (["--results", "nothing"], "--results nothing: results are not there; softvox compare"),
     ],
 )
 def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, arguments, message):

@@ -97,10 +97,10 @@ def main(name: str, seed: int, budget: int) -> None:
         try:
             path = _path(name, seed, budget, progress)
         except Exception as error:  # whatever a library says, the page is to show
-            cause = error if isinstance(error, ImportError) else error.__cause__
-            words = str(error).replace("--searcher", "searcher") or type(error).__name__
-            lacks = isinstance(cause, ImportError)
-            path = {"error": missing(f"searcher {name}", cause) if lacks else words}
+            path = {"error": str(error).replace("--searcher", "searcher") or type(error).__name__}
+            for cause in (error, error.__cause__):
+                if isinstance(cause, ImportError):
+                    path = {"error": missing(f"searcher {name}", cause)}
     ended.set()
     teller.join()
     say(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from softvox_view.explore.requests import BadRequestError
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
 
+Row = Mapping[Hashable, Any]
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -22,12 +25,12 @@ class Recorded:
     Parameters
     ----------
     results : Results
-    runs : dict of dict of tuple
+    runs : dict of dict of dict
         Rows of `Results.runs` by searcher, with what it was put to where that differs, and by seed.
     """
 
     results: Results
-    runs: dict[str, dict[int, Any]]
+    runs: dict[str, dict[int, Row]]
 
     @classmethod
     def of(cls, results: Results) -> Recorded:
@@ -35,14 +38,14 @@ class Recorded:
         table = results.runs
         mine = table[(table["status"] == "ok") & (table["shape"] == "2x2x2")]
         has_physics = mine["physics"].nunique() > 1
-        runs: dict[str, dict[int, Any]] = {}
-        for row in mine.itertuples():
-            level = "" if np.isnan(row.level) else f"noise {row.level:g}"
-            parts = (row.searcher, row.physics if has_physics else "", level, row.policy)
-            runs.setdefault(" · ".join(filter(None, parts)), {})[int(row.seed)] = row
+        runs: dict[str, dict[int, Row]] = {}
+        for row in mine.to_dict("records"):
+            level = "" if np.isnan(row["level"]) else f"noise {row['level']:g}"
+            parts = (row["searcher"], row["physics"] if has_physics else "", level, row["policy"])
+            runs.setdefault(" · ".join(filter(None, parts)), {})[row["seed"]] = row
         return cls(results, runs)
 
-    def run(self, searcher: str, seed: int) -> Any:
+    def run(self, searcher: str, seed: int) -> Row:
         """Return the row of a run.
 
         Raises
@@ -65,12 +68,12 @@ class Recorded:
             )
         return runs[seed]
 
-    def path(self, run: Any, most: int) -> dict[str, Any]:
+    def path(self, run: Row, most: int) -> dict[str, Any]:
         """Return a run's path ready for JSON.
 
         Parameters
         ----------
-        run : tuple
+        run : dict
             Its row.
         most : int
             Evaluations to return, the first ones.
@@ -82,8 +85,8 @@ class Recorded:
             searcher was told; total : the evaluations of the whole run; recommended : the design
             that it recommended in the end; rank : of that one in the published landscape.
         """
-        log = self.results.evaluations(run.run)
-        recommended, fitness = int(run.recommended), softvox_gym.landscape()["fitness"]
+        log = self.results.evaluations(run["run"])
+        recommended, fitness = int(run["recommended"]), softvox_gym.landscape()["fitness"]
         return {
             "designs": log["design"][:most].tolist(),
             "fitness": listed(log["fitness"][:most]),
