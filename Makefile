@@ -5,9 +5,10 @@ PYTHON ?= python3
 VENV ?= .venv
 OUT ?= landscape
 BIN := $(VENV)/bin
-SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.py)
+SOURCES := $(wildcard csrc/*.* csrc/*/*.*)
+C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
-	-ffp-contract=off -fno-math-errno -c -o /dev/null
+	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
 .PHONY: landscape test verify lint sanitize benchmark pictures figures table noise sdist clean
 
@@ -35,9 +36,9 @@ lint: $(VENV)/linters
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/clang-format --dry-run -Werror csrc/*.c csrc/*.h benchmarks/*.c
+	$(BIN)/clang-format --dry-run -Werror $(C_FILES) benchmarks/*.c
 	for compiler in $${COMPILERS:-gcc}; do \
-		for file in csrc/*.c; do $$compiler $(WARNINGS) $$file || exit 1; done; done
+		for file in $(filter %.c,$(C_FILES)); do $$compiler $(WARNINGS) $$file || exit 1; done; done
 
 # The engine's tests under AddressSanitizer and UndefinedBehaviorSanitizer, in an environment of
 # its own, built from the source distribution.

@@ -1,6 +1,5 @@
 /* A stack of memory that the caller owns. With base NULL it only counts. */
-#ifndef SV_ARENA_H
-#define SV_ARENA_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -53,5 +52,3 @@ static inline size_t sv_arena_bytes(const sv_arena *arena)
 {
     return arena->used + SV_ALIGNMENT;
 }
-
-#endif

@@ -5,24 +5,17 @@ from pathlib import Path
 from cffi import FFI
 
 HERE = Path(__file__).parent
-SOURCES = (
-    "body.c",
-    "engine.c",
-    "isa.c",
-    "kernel_avx2.c",
-    "kernel_avx512.c",
-    "kernel_portable.c",
-    "plan.c",
-)
 
-# The bits of every result hang on the first three: one rounding per operation, IEEE throughout.
-# -fno-math-errno lets the compiler use the processor's square root, which is correctly rounded.
-FLAGS = ("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-std=c11", "-O3")
+# The bits of every result depend on these: one rounding per operation, IEEE throughout, whatever
+# CFLAGS says before. -fno-math-errno lets the compiler use the processor's square root, which is
+# correctly rounded.
+IEEE = ("-O3", "-fno-fast-math", "-fno-unsafe-math-optimizations", "-ffp-contract=off")
+FLAGS = (*IEEE, "-fno-math-errno", "-std=c11")
 
 
 def declarations() -> str:
     """Return the part of softvox.h that Python sees."""
-    header = (HERE / "softvox.h").read_text(encoding="utf-8")
+    header = (HERE / "include" / "softvox.h").read_text(encoding="utf-8")
     return header.split("/* [binding */")[1].split("/* binding] */")[0]
 
 
@@ -31,8 +24,10 @@ builder.cdef(declarations())
 builder.set_source(
     "softvox_gym._engine",
     '#include "softvox.h"',
-    sources=[f"csrc/{name}" for name in SOURCES],
-    include_dirs=["csrc"],
+    sources=sorted(str(Path("csrc") / path.relative_to(HERE)) for path in HERE.rglob("*.c")),
+    include_dirs=["csrc", "csrc/include"],
     define_macros=[("SV_FLAGS", '"' + " ".join(FLAGS) + '"')],
     extra_compile_args=list(FLAGS),
+    # Linked as fast, a compiler's start-up code makes the whole process flush subnormals to zero.
+    extra_link_args=list(IEEE),
 )

@@ -1,6 +1,5 @@
-/* The body that the lanes of a block share: its voxels, its links and who touches whom. */
-#ifndef SV_BODY_H
-#define SV_BODY_H
+/* The body that the lanes of a block share: its voxels, its links and which voxels can collide. */
+#pragma once
 
 #include "arena.h"
 #include "softvox.h"
@@ -39,7 +38,7 @@ void sv_body_take(sv_body *body, sv_lattice lattice, sv_arena *arena);
 /* Fills in the body of the sites whose occupied byte is not 0. */
 void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied);
 
-/* Whom a voxel of one design can't collide with. physics.md 5 */
+/* The voxels that a voxel of one design can't collide with. physics.md 5 */
 typedef struct {
     int32_t count, on_surface;
     int32_t site[31]; /* sites after its own that are at most 3 links away */
@@ -50,5 +49,3 @@ void sv_vicinities(sv_lattice lattice, const uint8_t *occupied, sv_vicinity *vic
 
 /* Whether the voxels at sites a < b can collide at all: both on the surface and more than 3 links apart. */
 int sv_may_collide(const sv_vicinity *vicinity, int32_t a, int32_t b);
-
-#endif

@@ -1,11 +1,11 @@
-/* The engine's door: checks a batch and hands it to the kernel of an instruction set. */
+/* Checks a batch and hands it to the kernel of an instruction set. */
 #include "body.h"
 #include "kernels.h"
 
 #include <math.h>
 #include <stddef.h>
 
-static const int32_t most_sites = 1 << 20;
+static const int32_t sv_most_sites = 1 << 20;
 
 const char *sv_batch_error(const sv_batch *b)
 {
@@ -13,7 +13,7 @@ const char *sv_batch_error(const sv_batch *b)
         return "n is negative";
     if (b->nx < 1 || b->ny < 1 || b->nz < 1)
         return "the lattice has no sites";
-    if ((int64_t)b->nx * b->ny > most_sites || (int64_t)b->nx * b->ny * b->nz > most_sites)
+    if ((int64_t)b->nx * b->ny > sv_most_sites || (int64_t)b->nx * b->ny * b->nz > sv_most_sites)
         return "the lattice has more than 2^20 sites";
     if (!isfinite(b->edge) || b->edge <= 0)
         return "edge is not a positive number";
@@ -36,37 +36,19 @@ const char *sv_batch_error(const sv_batch *b)
 
 int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa)
 {
-    switch (isa) {
-    case SV_ISA_PORTABLE:
-        return sv_kernel_bytes_portable(batch);
-#if defined __x86_64__
-    case SV_ISA_AVX2:
-        return sv_kernel_bytes_avx2(batch);
-    case SV_ISA_AVX512:
-        return sv_kernel_bytes_avx512(batch);
-#endif
-    default:
-        return 0;
-    }
+    const sv_kernel *kernel = sv_kernel_of(isa);
+    return kernel ? kernel->workspace_bytes(batch) : 0;
 }
 
 int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
                int32_t isa)
 {
-    if (!sv_isa_supported(isa) || plan->lanes != sv_isa_lanes(isa))
+    const sv_kernel *kernel = sv_kernel_of(isa);
+    if (!kernel || plan->lanes != kernel->lanes)
         return SV_NO_SUCH_ISA;
     if (sv_batch_error(batch))
         return SV_BAD_BATCH;
-    switch (isa) {
-#if defined __x86_64__
-    case SV_ISA_AVX2:
-        return sv_kernel_run_avx2(batch, plan, results, progress, workspace);
-    case SV_ISA_AVX512:
-        return sv_kernel_run_avx512(batch, plan, results, progress, workspace);
-#endif
-    default:
-        return sv_kernel_run_portable(batch, plan, results, progress, workspace);
-    }
+    return kernel->run(batch, plan, results, progress, workspace);
 }
 
 int32_t sv_step_count(double time_step, double duration)

@@ -1,25 +1,21 @@
-/* The kernel of each instruction set: one source, kernel.h, compiled once per file kernel_*.c. */
-#ifndef SV_KERNELS_H
-#define SV_KERNELS_H
+/* The kernel of each instruction set: one source, kernel/kernel.inl.h, compiled by one .c file each. */
+#pragma once
 
 #include "softvox.h"
 
-#define SV_DECLARE_KERNEL(name)                                                                                        \
-    int64_t sv_kernel_bytes_##name(const sv_batch *batch);                                                             \
-    int32_t sv_kernel_run_##name(const sv_batch *batch, const sv_plan *plan, sv_results *results,                      \
-                                 sv_progress *progress, void *workspace);
-
-#define SV_LANES_PORTABLE 2
-#define SV_LANES_AVX2 4
-#define SV_LANES_AVX512 8
 #define SV_MOST_LANES 8
 
 #define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
 
-SV_DECLARE_KERNEL(portable)
-#if defined __x86_64__
-SV_DECLARE_KERNEL(avx2)
-SV_DECLARE_KERNEL(avx512)
-#endif
+typedef struct {
+    const char *name;
+    int32_t lanes;
+    int64_t (*workspace_bytes)(const sv_batch *batch);
+    int32_t (*run)(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress,
+                   void *workspace);
+} sv_kernel;
 
-#endif
+extern const sv_kernel sv_kernel_portable, sv_kernel_avx2, sv_kernel_avx512;
+
+/* The kernel of an instruction set, or NULL where this machine does not run it. */
+const sv_kernel *sv_kernel_of(int32_t isa);

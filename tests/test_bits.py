@@ -1,6 +1,7 @@
 """A design's result depends on the design and its parameters alone, to the last bit."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -33,18 +34,15 @@ def test_the_landscape_has_its_golden_digest(landscape):
 
 
 @pytest.mark.parametrize("isa", ISAS)
-def test_every_instruction_set_gives_the_same_landscape(landscape, isa, monkeypatch):
-    monkeypatch.setenv(engine.ISA_VARIABLE, isa)
-    assert engine.isa_name() == isa
-    assert_same_bits(simulate(ALL, PUBLISHED, track=1), landscape)
+def test_every_instruction_set_gives_the_same_landscape(landscape, isa):
+    assert_same_bits(simulate(ALL, PUBLISHED, track=1, isa=isa), landscape)
 
 
 @pytest.mark.parametrize("isa", ISAS)
-def test_mixed_blocks_give_the_same_bits_as_blocks_of_one_body_plan(landscape, isa, monkeypatch):
-    monkeypatch.setenv(engine.ISA_VARIABLE, isa)
+def test_mixed_blocks_give_the_same_bits_as_blocks_of_one_body_plan(landscape, isa):
     rng = np.random.default_rng(0)
     designs = rng.permutation(ALL)[:400]
-    assert_same_bits(simulate(designs, PUBLISHED, track=1), landscape, designs)
+    assert_same_bits(simulate(designs, PUBLISHED, track=1, isa=isa), landscape, designs)
 
 
 def test_the_order_of_the_batch_does_not_matter(landscape):
@@ -69,8 +67,7 @@ def test_a_design_gives_the_same_bits_in_every_lane(landscape):
 
 
 @pytest.mark.parametrize("isa", ISAS)
-def test_parameters_of_ones_own_give_the_bits_they_give_alone(isa, monkeypatch):
-    monkeypatch.setenv(engine.ISA_VARIABLE, isa)
+def test_parameters_of_ones_own_give_the_bits_they_give_alone(isa):
     rng = np.random.default_rng(1)
     n = 12
     designs = rng.integers(1, 6561, n)
@@ -91,14 +88,14 @@ def test_parameters_of_ones_own_give_the_bits_they_give_alone(isa, monkeypatch):
         duration=rng.uniform(1.5, 2.0, n),
         time_step_fraction=rng.uniform(0.5, 0.9, n),
     )
-    together = simulate(designs, crowd, track=2)
+    together = simulate(designs, crowd, track=2, isa=isa)
     assert not together.diverged.any()
     for i in range(n):
         mine = {
             name: value[i] if isinstance(value, list) else value
             for name, value in crowd.to_dict().items()
         }
-        alone = simulate(designs[i], Physics(**mine), track=2)
+        alone = simulate(designs[i], Physics(**mine), track=2, isa=isa)
         assert alone.displacement.tobytes() == together.displacement[i : i + 1].tobytes()
         assert alone.steps[0] == together.steps[i]
         samples = alone.track.shape[1]
@@ -107,28 +104,25 @@ def test_parameters_of_ones_own_give_the_bits_they_give_alone(isa, monkeypatch):
 
 
 @pytest.mark.parametrize("isa", ISAS)
-def test_larger_lattices_give_the_same_bits_on_every_instruction_set(isa, monkeypatch):
+def test_larger_lattices_give_the_same_bits_on_every_instruction_set(isa):
     rng = np.random.default_rng(2)
     designs = rng.integers(0, 3, (6, 3, 4, 3))
     physics = replace(PUBLISHED, duration=0.6)
     phase = rng.uniform(0, 1, designs.shape)
     strain = rng.uniform(0.1, 0.3, (6, 2, 3, 4, 3))
-    monkeypatch.setenv(engine.ISA_VARIABLE, "portable")
-    expected = simulate(designs, physics, phase=phase, strain=strain, track=3)
-    monkeypatch.setenv(engine.ISA_VARIABLE, isa)
-    assert_same_bits(simulate(designs, physics, phase=phase, strain=strain, track=3), expected)
+    run = partial(simulate, designs, physics, phase=phase, strain=strain, track=3)
+    assert_same_bits(run(isa=isa), run(isa="portable"))
 
 
 @pytest.mark.parametrize("isa", ISAS)
-def test_a_diverging_neighbour_leaves_no_trace(landscape, isa, monkeypatch):
-    monkeypatch.setenv(engine.ISA_VARIABLE, isa)
+def test_a_diverging_neighbour_leaves_no_trace(landscape, isa):
     designs = np.full(16, 6560)
     designs[8:] = [6453, 4295, 5757, 6255, 7, 1, 135, 2117]
     strain = np.full((16, 2, 2, 2), PUBLISHED.strain)
     strain[::2] = 1e3
     strain[4] = np.nan
     strain[6, 0, 0, 0] = np.inf
-    result = simulate(designs, PUBLISHED, strain=strain, track=1)
+    result = simulate(designs, PUBLISHED, strain=strain, track=1, isa=isa)
     torn = result.diverged
     assert torn[[0, 2, 4, 6]].all()
     assert np.isnan(result.displacement[torn]).all()
@@ -138,7 +132,18 @@ def test_a_diverging_neighbour_leaves_no_trace(landscape, isa, monkeypatch):
         assert result.displacement[i].tobytes() == landscape.displacement[designs[i]].tobytes()
 
 
+def test_the_instruction_set_is_an_argument_or_else_a_variable_or_else_the_widest(monkeypatch):
+    monkeypatch.delenv(engine.ISA_VARIABLE, raising=False)
+    assert engine.isa_name() == ISAS[-1]
+    monkeypatch.setenv(engine.ISA_VARIABLE, "portable")
+    assert engine.isa_name() == "portable"
+    assert engine.isa_name(ISAS[-1]) == ISAS[-1]
+
+
 def test_an_unknown_instruction_set_is_refused_by_name(monkeypatch):
+    with pytest.raises(ValueError, match=r"isa='sse' .* portable"):
+        simulate(1, isa="sse")
     monkeypatch.setenv(engine.ISA_VARIABLE, "mmx")
     with pytest.raises(ValueError, match=r"SOFTVOX_ISA=mmx .* portable"):
         simulate(1)
+    assert len(simulate(1, isa="portable")) == 1

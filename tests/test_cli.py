@@ -3,13 +3,14 @@ import json
 import os
 import pty
 import subprocess
+from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
 from cli_process import COMMAND, snapshot, softvox
 
 import softvox_gym
-from softvox_gym import Physics, simulate
+from softvox_gym import Physics, landscape, simulate
 from softvox_gym.manifest import digest
 
 #: Short, so that all designs take a second: one cycle.
@@ -62,13 +63,14 @@ def test_the_landscape_table_reads_back_to_the_bits_that_were_simulated(short_la
     with (folder / "landscape.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     result = simulate(np.arange(6561), Physics.of({"duration": 0.5}))
-    assert list(rows[0]) == ["design", "digits", "dx", "dy", "dz", "fitness", "status"]
+    assert list(rows[0]) == list(landscape().dtype.names)
     assert [int(row["design"]) for row in rows] == list(range(6561))
     assert [row["digits"] for row in rows] == [result.design(i).digits for i in range(6561)]
     read = np.array([[float(row[name]) for name in ("dx", "dy", "dz")] for row in rows])
     assert read.tobytes() == result.displacement.tobytes()
     assert [float(row["fitness"]) for row in rows] == result.fitness.tolist()
-    assert {row["status"] for row in rows} == {"ok"}
+    assert {row["diverged"] for row in rows} == {"False"}
+    assert [int(row["steps"]) for row in rows] == result.steps.tolist()
     assert [float(rows[0][name]) for name in ("dx", "dy", "dz", "fitness")] == [0, 0, 0, 0]
 
 
@@ -122,14 +124,14 @@ def test_a_diverged_design_is_nan_in_the_table_and_null_in_json(tmp_path):
     assert softvox("landscape", *unstable, "--out", "out", cwd=tmp_path).returncode == 0
     with (tmp_path / "out" / "landscape.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    diverged = [row for row in rows if row["status"] == "diverged"]
+    diverged = [row for row in rows if row["diverged"] == "True"]
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert 0 < len(diverged) == manifest["n_diverged"]
     assert {row["fitness"] for row in diverged} == {"nan"}
     design = diverged[0]["design"]
     done = softvox("simulate", design, *unstable, "--json")
     data = json.loads(done.stdout)
-    assert (data["status"], data["fitness"]) == ("diverged", None)
+    assert (data["diverged"], data["fitness"]) == (True, None)
 
 
 def test_a_design_is_the_same_by_number_and_by_digits():
@@ -175,6 +177,14 @@ def test_another_lattice_is_given_by_its_shape():
     assert (data["digits"], data["shape"], data["n_voxels"]) == (digits, [2, 3, 4], 18)
 
 
+def test_a_lattice_of_more_designs_than_int64_counts_goes_by_digits():
+    digits = "2" * 64
+    done = softvox("simulate", digits, "--shape", "4", "4", "4", "--json", "--duration", "0.26")
+    data = json.loads(done.stdout)
+    assert (data["design"], data["digits"], data["n_voxels"]) == (None, digits, 64)
+    assert data["diverged"] is False
+
+
 def test_frames_are_saved_with_what_made_them(tmp_path):
     options = ("--frames", "f.npz", "--every", "100")
     assert softvox("simulate", "6453", *options, *SHORT, cwd=tmp_path).returncode == 0
@@ -204,8 +214,30 @@ def test_saved_frames_are_not_overwritten_unless_forced(tmp_path):
 def test_kinetic_friction_above_static_is_one_line_of_warning_and_goes_on():
     done = softvox("simulate", "7", "--friction-kinetic", "2", *SHORT)
     assert done.returncode == 0
-    assert done.stderr.startswith("softvox: warning: --friction-kinetic (2.0) is above --friction")
+    assert done.stderr.startswith("softvox: warning: friction_kinetic (2.0) is above friction_stat")
     assert len(done.stderr.splitlines()) == 1
+
+
+COMMANDS = ["landscape", "robustness", "simulate", "verify"]
+COMMANDS += [entry.name for entry in entry_points(group="softvox_gym.commands")]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *([command, "--help"] for command in COMMANDS),
+        ["replay", "6453", "--out", "ä.html"],
+        ["simulate", "6453", "--frames", "ä.npz"],
+        ["search", "--searcher", "random", "--budget", "5", "--out", "ä.csv"],
+        ["landscape", "--duration", "0.3", "--out", "ä"],
+    ],
+    ids=" ".join,
+)
+def test_a_terminal_without_unicode_gets_escapes(arguments, tmp_path):
+    done = softvox(*arguments, cwd=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout
+    assert done.stdout.isascii()
 
 
 def test_a_reader_that_has_seen_enough_is_no_error():

@@ -2,19 +2,68 @@
 
 import json
 import pickle
+import re
 import warnings
-from dataclasses import FrozenInstanceError, fields, replace
+from dataclasses import FrozenInstanceError, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from cffi import FFI
 
-from softvox_gym import Physics, simulate
+from softvox_gym import Physics, engine, simulate
+from softvox_gym.physics import SPECS, ParameterError
 
-NUMBERS = [
-    f.name
-    for f in fields(Physics)
-    if f.metadata["bounds"] not in ("actuation", "flag") and f.name != "gravity"
-]
+ROOT = Path(__file__).parent.parent
+NUMBERS = [s.name for s in SPECS if isinstance(s.default, float) and s.name != "gravity"]
+
+
+def table():
+    """Return the table of parameters in docs/physics.md."""
+    rows = [("parameter", "unit", "paper", "published", "values", "")]
+    rows += [("---",) * len(rows[0])]
+    for spec in SPECS:
+        published = "" if spec.published == spec.default else f"{spec.published}"
+        values = spec.bounds.words + (", per design" if spec.per_design else "")
+        about = f"{spec.about[0].upper()}{spec.about[1:]}. {spec.note}".strip()
+        rows.append((f"`{spec.name}`", spec.unit, f"{spec.default}", published, values, about))
+    return "\n".join(f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows)
+
+
+def test_the_page_on_the_physics_lists_the_parameters():
+    assert table() in (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+
+
+def test_the_docstring_lists_the_parameters():
+    for spec in SPECS:
+        assert f"\n    {spec.name} : " in Physics.__doc__
+        assert spec.about in Physics.__doc__
+
+
+def swapped(one, other):
+    """Return the struct of parameters with two fields in each other's place, as a cffi type."""
+    header = (ROOT / "csrc" / "include" / "softvox.h").read_text(encoding="utf-8")
+    struct = re.search(r"typedef struct \{[^}]*\} sv_parameters;", header)[0]
+    names = {one: other, other: one}
+    ffi = FFI()
+    ffi.cdef(re.sub(rf"\b({one}|{other})\b(?=[;\[])", lambda name: names[name[0]], struct))
+    return ffi, ffi.typeof("sv_parameters")
+
+
+@pytest.mark.parametrize(
+    ("one", "other"), [("density", "friction_static"), ("duration", "duration")]
+)
+def test_the_layout_follows_the_names_of_the_engines_fields_not_their_order(one, other):
+    ffi, struct = swapped(one, other)
+    rows = np.zeros(2, engine.layout(struct))
+    assert rows.dtype.itemsize == ffi.sizeof(struct)
+    for i, name in enumerate(engine.PARAMETERS.names):
+        rows[name] = i + 1
+    read = ffi.cast("sv_parameters *", rows.ctypes.data)[1]
+    for i, name in enumerate(engine.PARAMETERS.names):
+        value = getattr(read, name)
+        assert (list(value) if name == "gravity" else [value] * 3) == [i + 1] * 3
+    assert (engine.layout(struct) == engine.PARAMETERS) is (one == other)
 
 
 def test_the_presets_hold_the_papers_and_the_published_runs_values():
@@ -23,9 +72,7 @@ def test_the_presets_hold_the_papers_and_the_published_runs_values():
     assert exact.strain == 1.9 ** (1 / 3) - 1
     assert (exact.frequency_hz, exact.time_step_fraction) == (4.0, 0.9)
     assert published.time_step == pytest.approx(0.0004529629166670976, rel=1e-15)
-    differing = {
-        f.name for f in fields(Physics) if getattr(exact, f.name) != getattr(published, f.name)
-    }
+    differing = {s.name for s in SPECS if getattr(exact, s.name) != getattr(published, s.name)}
     assert differing == {"strain", "frequency_hz", "time_step_fraction", "single_precision_rest"}
 
 
@@ -96,6 +143,14 @@ def test_what_is_no_number_is_refused_by_name(name, value):
 def test_a_bad_value_is_refused_with_its_reason(changes, message):
     with pytest.raises(ValueError, match=message):
         Physics(**changes)
+
+
+def test_an_error_carries_its_parameter():
+    with pytest.raises(ParameterError) as caught:
+        Physics(density=-1)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (again.parameter, again.reason) == ("density", "must be positive and finite, got -1.0")
+    assert str(again) == f"{again.parameter} {again.reason}"
 
 
 def test_a_flag_must_be_a_truth():

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
+import io
 from typing import Any
 
 import numpy as np
 import pytest
 
-from softvox_gym.rendering import Pose, fitting_distance, render
+from softvox_gym.rendering import Pose, fitting_distance, png, render
 
 
 def pose_of(design: str, *, side: int = 2, shift: tuple[float, float, float] = (0, 0, 0)) -> Pose:
@@ -252,3 +253,9 @@ def test_a_bad_view_is_refused_by_name(name: str, value: Any) -> None:
 
 def test_a_numpy_integer_is_a_size() -> None:
     assert render(None, width=np.int64(40), height=np.int32(30)).shape == (30, 40, 3)
+
+
+def test_a_png_holds_the_picture():
+    image = pytest.importorskip("PIL.Image")
+    picture = np.random.default_rng(0).integers(0, 256, (5, 7, 3), dtype=np.uint8)
+    np.testing.assert_array_equal(np.asarray(image.open(io.BytesIO(png(picture)))), picture)

@@ -12,38 +12,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym._engine import ffi, lib
+from softvox_gym.physics import ACTUATIONS, SPECS
+from softvox_gym.processors import default_threads as default_threads
 
 ISA_VARIABLE = "SOFTVOX_ISA"
 POLL_SECONDS = 0.05
 
 Progress = Callable[[int, int], None]
 
-STATUS_NAMES = np.array(["ok", "diverged"])
-ACTUATION_CODES = {
-    "hold": lib.SV_HOLD,
-    "clamp": lib.SV_CLAMP,
-    "expand_and_contract": lib.SV_EXPAND_AND_CONTRACT,
-}
+ACTUATION_CODES = {name: getattr(lib, f"SV_{name.upper()}") for name in ACTUATIONS}
 
-#: One row per design; the fields of sv_parameters in csrc/softvox.h.
-PARAMETERS = np.dtype(
-    [
-        ("youngs_modulus", "f8"),
-        ("poisson_ratio", "f8"),
-        ("density", "f8"),
-        ("friction_static", "f8"),
-        ("friction_kinetic", "f8"),
-        ("shear_strength", "f8"),
-        ("gravity", "f8", 3),
-        ("damping_link", "f8"),
-        ("damping_ground", "f8"),
-        ("damping_global", "f8"),
-        ("frequency_hz", "f8"),
-        ("time_step", "f8"),
-        ("duration", "f8"),
-    ]
+
+def layout(struct: Any) -> np.dtype[Any]:
+    """Return the numpy layout of a C struct of doubles and vectors, given as a cffi type."""
+    formats = {"double": np.dtype(np.float64), "double[3]": np.dtype((np.float64, 3))}
+    return np.dtype(
+        {
+            "names": [name for name, _ in struct.fields],
+            "formats": [formats[field.type.cname] for _, field in struct.fields],
+            "offsets": [field.offset for _, field in struct.fields],
+            "itemsize": ffi.sizeof(struct),
+        }
+    )
+
+
+#: One row per design, as the compiler laid it out.
+PARAMETERS = layout(ffi.typeof("sv_parameters"))
+
+_ROW, _BATCH = (
+    {name for name, _ in ffi.typeof(f"sv_{struct}").fields} for struct in ("parameters", "batch")
 )
-if PARAMETERS.itemsize != ffi.sizeof("sv_parameters"):
+if not _ROW <= {spec.c_field for spec in SPECS} <= _ROW | _BATCH:
     raise ImportError("softvox_gym._engine was built from another version: build it again")
 
 
@@ -105,20 +104,37 @@ class Output:
     frames: NDArray[np.float64]
 
 
+def _text(c_string: Any) -> str:
+    text: bytes = ffi.string(c_string)
+    return text.decode()
+
+
+#: The instruction sets that this machine runs, narrowest first.
+_ISAS = {
+    _text(lib.sv_isa_name(isa)): isa for isa in range(lib.SV_ISA_COUNT) if lib.sv_isa_supported(isa)
+}
+
+
 def isa_names() -> list[str]:
     """Return the instruction sets that this machine runs, narrowest first."""
-    return [_name(isa) for isa in range(lib.SV_ISA_COUNT) if lib.sv_isa_supported(isa)]
+    return list(_ISAS)
 
 
-def isa_name() -> str:
-    """Return the instruction set in use: the widest, or what SOFTVOX_ISA says.
+def isa_name(isa: str | None = None) -> str:
+    """Return the instruction set of a run: as asked for, as SOFTVOX_ISA says, or the widest.
 
     Raises
     ------
     ValueError
-        Where SOFTVOX_ISA names one that this machine does not run.
+        Where this machine does not run it.
     """
-    return _name(_isa())
+    name = os.environ.get(ISA_VARIABLE) or isa_names()[-1] if isa is None else isa
+    if str(name).lower() not in _ISAS:
+        asked = f"{ISA_VARIABLE}={name}" if isa is None else f"isa={isa!r}"
+        raise ValueError(
+            f"{asked} is not an instruction set of this machine, which runs {', '.join(_ISAS)}"
+        )
+    return name.lower()
 
 
 def compiler() -> str:
@@ -129,35 +145,6 @@ def compiler() -> str:
 def compiler_flags() -> str:
     """Return the flags that the engine was compiled with."""
     return _text(lib.sv_flags())
-
-
-def _text(c_string: Any) -> str:
-    text: bytes = ffi.string(c_string)
-    return text.decode()
-
-
-def _name(isa: int) -> str:
-    return _text(lib.sv_isa_name(isa))
-
-
-def _isa(name: str | None = None) -> int:
-    wanted = name or os.environ.get(ISA_VARIABLE)
-    if not wanted:
-        return int(lib.sv_isa_best())
-    for isa in range(lib.SV_ISA_COUNT):
-        if _name(isa) == wanted.lower() and lib.sv_isa_supported(isa):
-            return isa
-    raise ValueError(
-        f"{ISA_VARIABLE}={wanted} is not an instruction set of this machine, "
-        f"which runs {', '.join(isa_names())}"
-    )
-
-
-def default_threads() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def step_count(time_step: float, duration: float) -> int:
@@ -214,9 +201,11 @@ def _c_results(output: Output) -> Any:
     return c
 
 
-def _memory(size: int) -> tuple[NDArray[np.uint8], Any]:
-    memory = np.empty(size, dtype=np.uint8)
-    return memory, ffi.cast("void *", memory.ctypes.data)
+_allocate = ffi.new_allocator(should_clear_after_alloc=False)
+
+
+def _memory(size: int) -> Any:
+    return _allocate("char[]", size)
 
 
 def _plan(c_batch: Any, lanes: int) -> tuple[Any, NDArray[np.int32]]:
@@ -224,9 +213,8 @@ def _plan(c_batch: Any, lanes: int) -> tuple[Any, NDArray[np.int32]]:
     plan = ffi.new("sv_plan *")
     plan.lanes = lanes
     plan.order = _pointer("int32_t *", order, np.int32, order.shape)
-    keep, scratch = _memory(lib.sv_plan_scratch(c_batch))
+    scratch = _memory(lib.sv_plan_scratch(c_batch))
     _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
-    del keep
     return plan, order
 
 
@@ -248,7 +236,9 @@ def run(
     ----------
     batch : Batch
     threads : int, optional
-        At most this many; all processors of the process where None.
+        At most this many; `default_threads` where None.
+    isa : str, optional
+        One of `isa_names`; where None, what SOFTVOX_ISA says, or the widest.
     progress : callable (done, total), optional
         Called from the calling thread now and then, and at the end.
 
@@ -259,14 +249,14 @@ def run(
     Raises
     ------
     ValueError
-        Where an array is not what C expects, or SOFTVOX_ISA asks for what the machine lacks.
+        Where an array is not what C expects, or the machine lacks the instruction set.
     KeyboardInterrupt
         When interrupted; the workers have then stopped.
     """
     n, sites = batch.digits.shape
-    isa_code = _isa(isa)
+    code = _ISAS[isa_name(isa)]
     c_batch = _c_batch(batch)
-    plan, order = _plan(c_batch, lib.sv_isa_lanes(isa_code))
+    plan, order = _plan(c_batch, lib.sv_isa_lanes(code))
     output = Output(
         status=np.zeros(n, dtype=np.int32),
         steps=np.zeros(n, dtype=np.int32),
@@ -276,16 +266,15 @@ def run(
         frames=np.full((n, batch.frame_count, sites, 8), np.nan),
     )
     results, shared = _c_results(output), ffi.new("sv_progress *")
-    size = lib.sv_workspace_bytes(c_batch, isa_code)
+    size = lib.sv_workspace_bytes(c_batch, code)
     codes: list[int] = []
 
     def work() -> None:
         try:
-            keep, workspace = _memory(size)
-        except MemoryError:  # told by its missing code
+            workspace = _memory(size)
+        except MemoryError:  # shown by its missing code
             return
-        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, isa_code))
-        del keep
+        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, code))
 
     count = min(default_threads() if threads is None else threads, plan.blocks)
     workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
@@ -293,8 +282,8 @@ def run(
     started = _drive(workers, lambda: progress and progress(shared.done + empty, n), shared)
     if len(codes) != started:
         raise MemoryError(f"a worker could not get its {size} bytes of memory")
-    for code in codes:
-        _expect_done(code)
+    for returned in codes:
+        _expect_done(returned)
     return output
 
 

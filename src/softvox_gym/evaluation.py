@@ -127,7 +127,7 @@ class Evaluation:
 
     @property
     def mean_displacement(self) -> Array:
-        """Mean of the trials that did not diverge, shape (n, 3), voxel widths; NaN where all did."""
+        """Mean of those that did not diverge, shape (n, 3), voxel widths; NaN where all did."""
         if self.fitness.shape[1] == 1:
             return self.displacement[:, 0].copy()
         is_ok = ~self.diverged[..., np.newaxis]

@@ -6,7 +6,8 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from math import pi
-from typing import Any, TypeAlias
+from textwrap import wrap
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,56 +21,142 @@ PRESETS = ("published", "exact")
 MOST = 2**31 - 1
 
 
-def _about(unit: str, bounds: str, meaning: str) -> dict[str, str]:
-    return {"unit": unit, "bounds": bounds, "meaning": meaning}
+class ParameterError(ValueError):
+    """A parameter is out of its bounds.
+
+    Parameters
+    ----------
+    parameter : str
+        Its name; the message begins with it.
+    reason : str
+        What it must be, and what it is.
+    """
+
+    def __init__(self, parameter: str, reason: str) -> None:
+        super().__init__(parameter, reason)
+        self.parameter = parameter
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.parameter} {self.reason}"
+
+
+class Bounds(NamedTuple):
+    """What a value must be, in words and as a test; of numbers, of each of an array."""
+
+    words: str
+    hold: Callable[[Any], Any]
+
+
+FINITE = Bounds("finite", np.isfinite)
+POSITIVE = Bounds("positive and finite", lambda v: np.isfinite(v) & (v > 0))
+NOT_NEGATIVE = Bounds("finite and not negative", lambda v: np.isfinite(v) & (v >= 0))
+POISSON = Bounds("above -1 and at most 0.5", lambda v: (v > -1) & (v <= 0.5))
+AMPLITUDE = Bounds("finite and above -1", lambda v: np.isfinite(v) & (v > -1))
+STABLE = Bounds("above 0 and at most 1, or the time step is unstable", lambda v: (v > 0) & (v <= 1))
+CHOICE = Bounds(f"one of {', '.join(ACTUATIONS)}", lambda v: v in ACTUATIONS)
+FLAG = Bounds("True or False", lambda v: isinstance(v, (bool, np.bool_)))
+
+
+@dataclass(frozen=True)
+class ParameterSpec:
+    """All there is to know of one parameter of the physics.
+
+    Parameters
+    ----------
+    default : float, str or bool
+        Its value in the paper; its type says whether it is a number, a choice or a flag.
+    unit : str
+        Empty for a ratio, a choice or a flag.
+    bounds : Bounds
+    about, note : str
+        What it is, up to the first comma a name for people, and further sentences.
+    published : float, str or bool, optional
+        The default as the published run rounded it.
+    per_design : bool
+        Whether each design of a batch may have its own.
+    slider : (float, float, float) or None
+        Low end, high end and step of a slider, where the explorer shows one.
+    c_field : str
+        The field of sv_parameters or sv_batch that it sets, where its name is another.
+    name : str
+    """
+
+    default: Any
+    unit: str
+    bounds: Bounds
+    about: str
+    note: str = ""
+    published: Any = None
+    per_design: bool = True
+    slider: tuple[float, float, float] | None = None
+    c_field: str = ""
+    name: str = ""
+
+    def checked(self, value: Any) -> Any:
+        """Return a value as Physics holds it: float, read-only array, str or bool.
+
+        Raises
+        ------
+        TypeError, ParameterError
+            For a value out of its bounds.
+        """
+        must = f"must be {self.bounds.words}, got"
+        if isinstance(self.default, (bool, str)):
+            if self.bounds.hold(value):
+                return type(self.default)(value)
+            if isinstance(self.default, bool):
+                raise TypeError(f"{self.name} {must} {value!r}")
+            raise ParameterError(self.name, f"{must} {value!r}")
+        array = self._numbers(value)
+        good = self.bounds.hold(array)
+        if not np.all(good):
+            raise ParameterError(self.name, f"{must} {array[~good].flat[0]}")
+        return array if array.ndim else float(array)
+
+    def _numbers(self, value: ArrayLike) -> NDArray[np.float64]:
+        """Return a read-only float64 copy of one number, or of one per design."""
+        try:
+            array = np.asarray(value)
+        except ValueError:
+            raise ParameterError(
+                self.name, f"must be a number or an even array, got {value!r}"
+            ) from None
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{self.name} must be a number or an array of numbers, got {value!r}")
+        if array.ndim > 0 and not self.per_design:
+            raise ParameterError(
+                self.name, f"must be one number for the whole batch, got {value!r}"
+            )
+        is_vector = self.name == "gravity"
+        if array.ndim > 1 and not (is_vector and array.ndim == 2 and array.shape[1] == 3):
+            what = "a number, a vector or an (n, 3) array" if is_vector else "a number or a row"
+            raise ParameterError(self.name, f"must be {what}, got an array of shape {array.shape}")
+        array = np.array(array, dtype=np.float64)
+        array.setflags(write=False)
+        return array
+
+
+def _spec(*facts: Any, **more: Any) -> Any:
+    """Return a field of Physics that holds a ParameterSpec but for its name."""
+    spec = ParameterSpec(*facts, **more)
+    return field(default=spec.default, metadata={"spec": spec})
 
 
 @dataclass(frozen=True, eq=False)
 class Physics:
     """Every parameter of the simulation, in SI units; the defaults are the paper's exact values.
 
-    All but `edge`, `settle_time` and `actuation` may be arrays with one value per design of the
-    batch. A preset changes with `dataclasses.replace`.
+    Most parameters may be arrays with one value per design of the batch. A preset changes with
+    `dataclasses.replace`.
 
     Parameters
     ----------
-    edge : float
-        m, resting edge of a voxel.
-    youngs_modulus : float or (n,) array
-        Pa.
-    poisson_ratio : float or (n,) array
-        Above -1 and at most 0.5.
-    density : float or (n,) array
-        kg/m^3. Not printed in the paper; it follows from its time step.
-    friction_static, friction_kinetic : float or (n,) array
-        Coefficients of Coulomb friction. Kinetic above static is allowed, with a warning.
-    shear_strength : float or (n,) array
-        Pa, interfacial; adds shear_strength times the squared edge to both friction limits.
-    gravity : float, (3,) vector, (n,) or (n, 3) array
-        m/s^2. A number is along z, so negative is down; three numbers are always one vector, so
-        that a batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity.
-    damping_link, damping_ground, damping_global : float or (n,) array
-        Damping ratios of links, of contact with the ground, and of a slow drag on every voxel.
-    frequency_hz : float or (n,) array
-        Hz, of the actuation.
-    strain : float or (n,) array
-        Amplitude of an active voxel's edge, 1.9^(1/3) - 1 for +90 % volume.
-    actuation : {"hold", "clamp", "expand_and_contract"}
-        What an edge does in the half cycle in which its pump asks for less than the resting edge:
-        hold its last value, rest, or contract.
-    settle_time : float
-        s, when actuation and measuring start.
-    duration : float or (n,) array
-        s, of the whole run, settling included.
-    time_step_fraction : float or (n,) array
-        Share of the largest stable time step, above 0 and at most 1.
-    single_precision_rest : bool
-        Whether an actuated edge swings about the resting edge rounded to single precision, as it
-        did in the published run; see `pumped_rest`.
+    {parameters}
 
     Raises
     ------
-    TypeError, ValueError
+    TypeError, ParameterError
         For a value out of its bounds, naming the parameter.
 
     Notes
@@ -78,54 +165,87 @@ class Physics:
     shear strength: Majidi et al., "Influence of surface traction on soft robot undulation", 2013.
     """
 
-    edge: float = field(default=0.01, metadata=_about("m", "positive", "resting edge of a voxel"))
-    youngs_modulus: Parameter = field(
-        default=1e7, metadata=_about("Pa", "positive", "Young's modulus")
+    edge: float = _spec(0.01, "m", POSITIVE, "resting edge of a voxel", per_design=False)
+    youngs_modulus: Parameter = _spec(1e7, "Pa", POSITIVE, "Young's modulus")
+    poisson_ratio: Parameter = _spec(0.35, "", POISSON, "Poisson's ratio")
+    density: Parameter = _spec(
+        1e6, "kg/m^3", POSITIVE, "density", "Not printed in the paper; follows from its time step."
     )
-    poisson_ratio: Parameter = field(
-        default=0.35, metadata=_about("", "poisson", "Poisson's ratio")
+    friction_static: Parameter = _spec(
+        1.0, "", NOT_NEGATIVE, "static friction", "Coulomb's coefficient.", slider=(0, 2, 0.05)
     )
-    density: Parameter = field(default=1e6, metadata=_about("kg/m^3", "positive", "density"))
-    friction_static: Parameter = field(
-        default=1.0, metadata=_about("", "not negative", "static friction")
+    friction_kinetic: Parameter = _spec(
+        0.5,
+        "",
+        NOT_NEGATIVE,
+        "kinetic friction",
+        "Above static with a warning.",
+        slider=(0, 2, 0.05),
     )
-    friction_kinetic: Parameter = field(
-        default=0.5, metadata=_about("", "not negative", "kinetic friction")
+    shear_strength: Parameter = _spec(
+        0.0,
+        "Pa",
+        NOT_NEGATIVE,
+        "shear strength, interfacial",
+        "Adds shear_strength times the squared edge to both friction limits.",
+        slider=(0, 50_000, 500),
     )
-    shear_strength: Parameter = field(
-        default=0.0, metadata=_about("Pa", "not negative", "interfacial shear strength")
+    gravity: Parameter = _spec(
+        -9.81,
+        "m/s^2",
+        FINITE,
+        "gravity, along z or a vector",
+        "A number is along z, so negative is down; three numbers are always one vector, so that a "
+        "batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity.",
+        slider=(-25, 0, 0.1),
     )
-    gravity: Parameter = field(
-        default=-9.81, metadata=_about("m/s^2", "finite", "gravity along z, or a vector")
+    damping_link: Parameter = _spec(1.0, "", NOT_NEGATIVE, "damping ratio of links")
+    damping_ground: Parameter = _spec(0.8, "", NOT_NEGATIVE, "damping ratio of the ground")
+    damping_global: Parameter = _spec(
+        0.01, "", NOT_NEGATIVE, "damping ratio of a slow drag", "On every voxel."
     )
-    damping_link: Parameter = field(
-        default=1.0, metadata=_about("", "not negative", "damping ratio of links")
+    frequency_hz: Parameter = _spec(
+        4.0, "Hz", POSITIVE, "frequency of actuation", "", 3.999999807746178, slider=(0.5, 12, 0.1)
     )
-    damping_ground: Parameter = field(
-        default=0.8, metadata=_about("", "not negative", "damping ratio of the ground")
+    strain: Parameter = _spec(
+        1.9 ** (1 / 3) - 1,
+        "",
+        AMPLITUDE,
+        "strain, the amplitude of active edges",
+        "1.9^(1/3) - 1 is +90 % volume.",
+        0.23856233596801757,
+        slider=(0, 0.5, 0.005),
     )
-    damping_global: Parameter = field(
-        default=0.01, metadata=_about("", "not negative", "damping ratio of a slow drag")
+    actuation: str = _spec(
+        "hold",
+        "",
+        CHOICE,
+        "what active edges do in the negative half cycle",
+        "Where the pump asks for less than the resting edge: keep the last value, rest, contract.",
+        per_design=False,
     )
-    frequency_hz: Parameter = field(
-        default=4.0, metadata=_about("Hz", "positive", "frequency of actuation")
+    settle_time: float = _spec(
+        0.25, "s", NOT_NEGATIVE, "time when actuation and measuring start", per_design=False
     )
-    strain: Parameter = field(
-        default=1.9 ** (1 / 3) - 1, metadata=_about("", "strain", "amplitude of active edges")
+    duration: Parameter = _spec(4.0, "s", POSITIVE, "duration of the whole run, settling included")
+    time_step_fraction: Parameter = _spec(
+        0.9,
+        "",
+        STABLE,
+        "time step, as a share of the largest stable one",
+        "",
+        0.9000000153523451,
+        c_field="time_step",
     )
-    actuation: str = field(
-        default="hold", metadata=_about("", "actuation", "edges in the negative half cycle")
-    )
-    settle_time: float = field(
-        default=0.25, metadata=_about("s", "not negative", "when actuation starts")
-    )
-    duration: Parameter = field(default=4.0, metadata=_about("s", "positive", "of the whole run"))
-    time_step_fraction: Parameter = field(
-        default=0.9, metadata=_about("", "fraction", "of the largest stable step")
-    )
-    single_precision_rest: bool = field(
-        default=False,
-        metadata=_about("", "flag", "round the edge that actuated voxels swing about"),
+    single_precision_rest: bool = _spec(
+        False,
+        "",
+        FLAG,
+        "round the edge that active voxels swing about",
+        "To single precision, as the published run did; see `pumped_rest`.",
+        True,
+        per_design=False,
+        c_field="pumped_rest",
     )
 
     @classmethod
@@ -136,12 +256,7 @@ class Physics:
     @classmethod
     def published(cls) -> Physics:
         """Return the values that the published run rounded to, for its table digit for digit."""
-        return cls(
-            strain=0.23856233596801757,
-            frequency_hz=3.999999807746178,
-            time_step_fraction=0.9000000153523451,
-            single_precision_rest=True,
-        )
+        return cls(**{spec.name: spec.published for spec in SPECS})
 
     @classmethod
     def preset(cls, name: str) -> Physics:
@@ -179,7 +294,7 @@ class Physics:
             )
         changes = dict(physics)
         base = cls.preset(changes.pop("preset", "exact"))
-        known = [f.name for f in fields(cls)]
+        known = [spec.name for spec in SPECS]
         for name in changes:
             if name not in known:
                 raise ValueError(
@@ -188,22 +303,21 @@ class Physics:
         return replace(base, **changes)
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = _checked(f.name, f.metadata["bounds"], getattr(self, f.name))
-            object.__setattr__(self, f.name, value)
+        for spec in SPECS:
+            object.__setattr__(self, spec.name, spec.checked(getattr(self, spec.name)))
         self._check_together()
 
     def _check_together(self) -> None:
         _ = self.n_designs
         if np.any(np.asarray(self.duration) <= self.settle_time):
-            raise ValueError(
-                f"duration must be longer than settle_time ({self.settle_time} s), "
-                f"got {self.duration}"
+            raise ParameterError(
+                "duration",
+                f"must be longer than settle_time ({self.settle_time} s), got {self.duration}",
             )
         self._check_steps()
         if self.actuation == "expand_and_contract" and np.any(np.asarray(self.strain) >= 1):
-            raise ValueError(
-                f"strain must be below 1 where voxels expand and contract, got {self.strain}"
+            raise ParameterError(
+                "strain", f"must be below 1 where voxels expand and contract, got {self.strain}"
             )
         if np.any(np.asarray(self.friction_kinetic) > np.asarray(self.friction_static)):
             warnings.warn(
@@ -223,16 +337,18 @@ class Physics:
                 np.broadcast_to(value, countable.shape)[~countable].flat[0]
                 for value in (self.duration, step)
             )
-            raise ValueError(
-                f"duration of {duration:g} s in time steps of {step:.3g} s can't be counted "
-                f"(at most {MOST} steps); change it, or time_step_fraction, edge, "
-                "youngs_modulus or density"
+            raise ParameterError(
+                "duration",
+                f"of {duration:g} s in time steps of {step:.3g} s can't be counted (at most "
+                f"{MOST} steps); "
+                "change it, or time_step_fraction, edge, youngs_modulus or density",
             )
         most = 1 / (2 * step)
         if np.any(np.asarray(self.frequency_hz) > most):
-            raise ValueError(
-                f"frequency_hz must be at most half the steps per second, here "
-                f"{np.min(most):.4g}, got {np.max(self.frequency_hz):g}"
+            raise ParameterError(
+                "frequency_hz",
+                f"must be at most half the steps per second, here {np.min(most):.4g}, "
+                f"got {np.max(self.frequency_hz):g}",
             )
 
     def __eq__(self, other: object) -> bool:
@@ -312,51 +428,28 @@ class Physics:
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
 
 
-_SCALARS = ("edge", "settle_time")
-
-_BOUNDS: dict[str, tuple[str, Callable[[NDArray[np.float64]], NDArray[np.bool_]]]] = {
-    "finite": ("finite", np.isfinite),
-    "positive": ("positive and finite", lambda v: np.isfinite(v) & (v > 0)),
-    "not negative": ("finite and not negative", lambda v: np.isfinite(v) & (v >= 0)),
-    "poisson": ("above -1 and at most 0.5", lambda v: (v > -1) & (v <= 0.5)),
-    "strain": ("finite and above -1", lambda v: np.isfinite(v) & (v > -1)),
-    "fraction": (
-        "above 0 and at most 1, or the time step is unstable",
-        lambda v: (v > 0) & (v <= 1),
-    ),
-}
+#: The parameters, in order: what the checks, the command line's options, the explorer's sliders,
+#: the engine's fields and the table of docs/physics.md are made of.
+SPECS: tuple[ParameterSpec, ...] = tuple(
+    replace(
+        spec := f.metadata["spec"],
+        name=f.name,
+        c_field=spec.c_field or f.name,
+        published=spec.default if spec.published is None else spec.published,
+    )
+    for f in fields(Physics)
+)
 
 
-def _checked(name: str, bounds: str, value: Any) -> Any:
-    if bounds == "actuation":
-        if value not in ACTUATIONS:
-            raise ValueError(f"actuation must be one of {', '.join(ACTUATIONS)}, got {value!r}")
-        return value
-    if bounds == "flag":
-        if not isinstance(value, (bool, np.bool_)):
-            raise TypeError(f"{name} must be True or False, got {value!r}")
-        return bool(value)
-    array = _as_numbers(name, value)
-    if array.ndim > 0 and name in _SCALARS:
-        raise ValueError(f"{name} must be one number for the whole batch, got {value!r}")
-    if array.ndim > 1 and not (name == "gravity" and array.ndim == 2 and array.shape[1] == 3):
-        what = "a number, a vector or an (n, 3) array" if name == "gravity" else "a number or a row"
-        raise ValueError(f"{name} must be {what}, got an array of shape {array.shape}")
-    words, holds = _BOUNDS[bounds]
-    good = holds(array)
-    if not np.all(good):
-        raise ValueError(f"{name} must be {words}, got {array[~good].flat[0]}")
-    return array if array.ndim else float(array)
+def _documented(spec: ParameterSpec) -> str:
+    """Return a parameter's lines of the docstring of Physics."""
+    kind = "float or array, one per design" if spec.per_design else type(spec.default).__name__
+    text = f"{spec.about}; {spec.bounds.words}. {spec.note}"
+    unit = f"{spec.unit}, " if spec.unit else ""
+    indent = "        "
+    lines = wrap(unit + text, 100, initial_indent=indent, subsequent_indent=indent)
+    return "\n".join([f"    {spec.name} : {kind}, default {spec.default!r}", *lines])
 
 
-def _as_numbers(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return a read-only float64 copy, or raise TypeError naming the parameter."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise ValueError(f"{name} must be a number or an even array, got {value!r}") from None
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be a number or an array of numbers, got {value!r}")
-    array = np.array(array, dtype=np.float64)
-    array.setflags(write=False)
-    return array
+if Physics.__doc__:
+    Physics.__doc__ = Physics.__doc__.format(parameters="\n".join(map(_documented, SPECS)).lstrip())

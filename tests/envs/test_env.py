@@ -13,12 +13,14 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.utils.env_match import check_environments_match
 
 import softvox_gym
-from softvox_gym import Physics, simulate
+from softvox_gym import Design, Physics, simulate
 from softvox_gym.envs.single import SoftVoxEnv
 
 BEST = np.array([0, 0, 0, 2, 1, 2, 2, 2])
 # Edges of 151 resting lengths tear every link.
 DIVERGENT = {"preset": "published", "strain": 150.0}
+
+IDS = ["SoftVox-v0", softvox_gym.ENV_ID, "SoftVox3x3x3-v0", "SoftVox4x4x4-v0"]
 
 
 def make(**options):
@@ -26,8 +28,9 @@ def make(**options):
 
 
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
-def test_the_environment_checker_finds_nothing_but_the_unbounded_box(render_mode):
-    env = make(disable_env_checker=True, render_mode=render_mode)
+@pytest.mark.parametrize("name", IDS)
+def test_the_environment_checker_finds_nothing_but_the_unbounded_box(name, render_mode):
+    env = gym.make(name, disable_env_checker=True, render_mode=render_mode)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         check_env(env.unwrapped)
@@ -95,6 +98,51 @@ def test_the_spec_survives_json_and_makes_the_same_environment(physics):
     assert again.unwrapped.physics == env.unwrapped.physics
     check_environments_match(env, again, num_steps=3)
     assert json.loads(env.spec.to_json())["kwargs"]["physics"] == physics
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_every_registered_spec_survives_json(name):
+    spec = gym.spec(name)
+    assert EnvSpec.from_json(spec.to_json()) == spec
+    assert gym.make(EnvSpec.from_json(spec.to_json())).spec.kwargs == gym.make(name).spec.kwargs
+
+
+@pytest.mark.parametrize("shape", [(3, 3, 3), (1, 1, 1), (6, 1, 2)])
+def test_any_lattice_is_an_environment(shape):
+    env = gym.make("SoftVox-v0", shape=shape, physics={"duration": 0.6})
+    again = gym.make(EnvSpec.from_json(env.spec.to_json()))
+    env.reset(seed=1)
+    env.action_space.seed(0)
+    action = env.action_space.sample()
+    _, reward, _, _, info = env.step(action)
+    design = Design(action, shape=shape)
+    assert reward == simulate(design, Physics(duration=0.6)).fitness[0]
+    assert (info["design"], info["n_voxels"]) == (design.index, design.n_voxels)
+    assert info["is_connected"] is design.is_connected
+    check_environments_match(env, again, num_steps=2)
+
+
+def test_a_design_beyond_int64_is_told_by_its_digits():
+    env = gym.make("SoftVox4x4x4-v0", physics={"duration": 0.3})
+    env.reset(seed=1)
+    env.action_space.seed(0)
+    action = env.action_space.sample()
+    info = env.step(action)[4]
+    assert "design" not in info
+    np.testing.assert_array_equal(info["digits"], action)
+
+
+def test_a_shape_that_is_no_lattice_is_refused():
+    with pytest.raises(ValueError, match="at most 1000000"):
+        gym.make("SoftVox-v0", shape=(10**6,) * 3)
+
+
+def test_no_info_holds_text():
+    """Tensors are made of infos, by Gymnasium's NumpyToTorch and others: all must be numbers."""
+    for env in (make(), gym.make_vec(softvox_gym.ENV_ID, num_envs=2)):
+        env.reset()
+        for value in env.step(env.action_space.sample())[4].values():
+            assert np.asarray(value).dtype.kind in "biuf"
 
 
 def test_the_physics_may_be_a_name_a_dict_or_a_physics():

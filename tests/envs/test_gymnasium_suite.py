@@ -19,23 +19,33 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics as RecordVectorEpi
 
 import softvox_gym
 
-SPEC = gym.spec(softvox_gym.ENV_ID)
+IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0"]
 VECTORISERS = ["sync", "async", "vector_entry_point"]
 
 
-def test_the_registered_spec_is_deterministic_and_versioned():
-    assert not SPEC.nondeterministic
-    assert (SPEC.namespace, SPEC.name, SPEC.version) == (None, "SoftVox2x2x2", 0)
-    assert softvox_gym.ENV_ID in gym.pprint_registry(disable_print=True).replace(" ", "\n")
+@pytest.fixture(params=IDS)
+def spec(request):
+    return gym.spec(request.param)
 
 
-def test_the_spec_survives_pickling_and_json():
-    assert pickle.loads(pickle.dumps(SPEC)) == SPEC
-    assert EnvSpec.from_json(SPEC.to_json()) == SPEC
+def action_of(env):
+    env.action_space.seed(0)
+    return env.action_space.sample()
 
 
-def test_a_rollout_is_deterministic():
-    first, second = SPEC.make(), SPEC.make()
+def test_the_registered_spec_is_deterministic_and_versioned(spec):
+    assert not spec.nondeterministic
+    assert (spec.namespace, spec.version) == (None, 0)
+    assert spec.id in gym.pprint_registry(disable_print=True).replace(" ", "\n")
+
+
+def test_the_spec_survives_pickling_and_json(spec):
+    assert pickle.loads(pickle.dumps(spec)) == spec
+    assert EnvSpec.from_json(spec.to_json()) == spec
+
+
+def test_a_rollout_is_deterministic(spec):
+    first, second = spec.make(), spec.make()
     assert data_equivalence(first.reset(seed=0), second.reset(seed=0))
     first.action_space.seed(0)
     for _ in range(50):
@@ -48,10 +58,10 @@ def test_a_rollout_is_deterministic():
         second.reset(seed=0)
 
 
-def test_every_render_mode_gives_frames_after_reset_and_after_a_step():
-    assert "rgb_array" in SPEC.make().metadata["render_modes"]
-    for mode in SPEC.make().metadata["render_modes"]:
-        env = SPEC.make(render_mode=mode)
+def test_every_render_mode_gives_frames_after_reset_and_after_a_step(spec):
+    assert "rgb_array" in spec.make().metadata["render_modes"]
+    for mode in spec.make().metadata["render_modes"]:
+        env = spec.make(render_mode=mode)
         env.reset()
         for frame in (env.render(), env.step(env.action_space.sample()) and env.render()):
             assert frame.ndim == 3
@@ -60,8 +70,8 @@ def test_every_render_mode_gives_frames_after_reset_and_after_a_step():
         env.close()
 
 
-def test_frames_can_be_collected_in_a_list():
-    env = gym.make(softvox_gym.ENV_ID, render_mode="rgb_array_list")
+def test_frames_can_be_collected_in_a_list(spec):
+    env = spec.make(render_mode="rgb_array_list")
     env.reset()
     env.step(env.action_space.sample())
     assert len(env.render()) == 2
@@ -69,8 +79,8 @@ def test_frames_can_be_collected_in_a_list():
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("shared_memory", [True, False])
-def test_processes_of_single_environments_equal_a_loop_over_them(shared_memory, mode):
-    makers = [SPEC.make] * 3
+def test_processes_of_single_environments_equal_a_loop_over_them(spec, shared_memory, mode):
+    makers = [spec.make] * 3
     loop = SyncVectorEnv(makers, autoreset_mode=mode)
     processes = AsyncVectorEnv(
         makers, shared_memory=shared_memory, autoreset_mode=mode, context="spawn"
@@ -85,9 +95,9 @@ def test_processes_of_single_environments_equal_a_loop_over_them(shared_memory, 
 
 
 @pytest.mark.parametrize("mode", VECTORISERS)
-def test_seeds_count_up_over_the_environments(mode):
+def test_seeds_count_up_over_the_environments(spec, mode):
     options = {"context": "spawn"} if mode == "async" else {}
-    env = gym.make_vec(SPEC, 3, mode, vector_kwargs=options)
+    env = gym.make_vec(spec, 3, mode, vector_kwargs=options)
     try:
         env.reset(seed=42)
         assert env.np_random_seed == (42, 43, 44)
@@ -98,20 +108,20 @@ def test_seeds_count_up_over_the_environments(mode):
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_the_autoreset_mode_is_in_the_metadata(mode):
+def test_the_autoreset_mode_is_in_the_metadata(spec, mode):
     for given in (mode, mode.value):
-        env = gym.make_vec(SPEC, 2, autoreset_mode=given)
+        env = gym.make_vec(spec, 2, autoreset_mode=given)
         assert env.metadata["autoreset_mode"] is mode
-        assert "autoreset_mode" not in SPEC.make().metadata
+        assert "autoreset_mode" not in spec.make().metadata
 
 
-def test_one_environment_in_a_batch_equals_a_single_one():
-    env, envs = SPEC.make(), gym.make_vec(SPEC, 1)
+def test_one_environment_in_a_batch_equals_a_single_one(spec):
+    env, envs = spec.make(), gym.make_vec(spec, 1)
     observation, info = env.reset(seed=123)
     observations, infos = envs.reset(seed=123)
     assert data_equivalence(observation, observations[0])
     assert info == infos == {}
-    action = np.array([0, 0, 0, 2, 1, 2, 2, 2])
+    action = action_of(env)
     single, batch = env.step(action), envs.step(action[np.newaxis])
     for i in range(4):
         assert np.array_equal(single[i], batch[i][0])
@@ -119,12 +129,12 @@ def test_one_environment_in_a_batch_equals_a_single_one():
         assert np.array_equal(value, batch[4][key][0])
 
 
-def test_the_usual_wrappers_fit():
-    env = TimeLimit(RecordEpisodeStatistics(SPEC.make()), 5)
+def test_the_usual_wrappers_fit(spec):
+    env = TimeLimit(RecordEpisodeStatistics(spec.make()), 5)
     env.reset(seed=0)
-    *_, info = env.step(np.array([0, 0, 0, 2, 1, 2, 2, 2]))
+    *_, info = env.step(action_of(env))
     assert info["episode"]["r"] == pytest.approx(info["fitness"])
-    envs = RecordVectorEpisodeStatistics(gym.make_vec(SPEC, 2))
+    envs = RecordVectorEpisodeStatistics(gym.make_vec(spec, 2))
     envs.reset(seed=0)
-    *_, infos = envs.step(np.array([[0, 0, 0, 2, 1, 2, 2, 2]] * 2))
+    *_, infos = envs.step(action_of(envs))
     assert infos["episode"]["r"] == pytest.approx(infos["fitness"])

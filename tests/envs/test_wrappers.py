@@ -1,6 +1,7 @@
 """Noise wrappers: level 0 is the bare environment, and vector and single ones draw alike."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import gymnasium as gym
 import numpy as np
@@ -391,3 +392,52 @@ def test_a_table_cant_be_disturbed_but_measured_with_noise():
 def test_noise_inside_a_foreign_vector_is_seen(noisy):
     stack = STACKS["noise"] if noisy else []
     assert wrappers.is_noisy(SyncVectorEnv([lambda: single(stack)] * 2)) is noisy
+
+
+@pytest.mark.parametrize("name", ["Resample", "FitnessNoise", "JakobiNoise"])
+def test_a_step_that_only_resets_passes_through(name):
+    options = {"Resample": {"n": 2}, "FitnessNoise": {"sigma": 0.3}, "JakobiNoise": {}}[name]
+    inner = gym.wrappers.Autoreset(gym.make(softvox_gym.ENV_ID, physics=SHORT))
+    env = getattr(wrappers, name)(inner, **options)
+    env.reset(seed=1)
+    for step in range(4):
+        _, reward, terminated, _, info = env.step(BEST)
+        assert terminated is (step % 2 == 0)
+        assert (reward > 0, "fitness" in info) == (terminated, terminated)
+
+
+def test_an_action_that_is_refused_draws_nothing():
+    env = single(STACKS["noise"], physics=SHORT, disable_env_checker=True)
+    rewards = []
+    for refused in (False, True):
+        env.reset(seed=1)
+        if refused:
+            with pytest.raises(ValueError, match="digits 0, 1 and 2"):
+                env.step(np.full(8, 3))
+        rewards.append(env.step(BEST)[1])
+    assert rewards[0] == rewards[1]
+
+
+def test_wrappers_keep_nothing_from_step_to_step():
+    """Threads that step one chain side by side, each with trials of its own, don't mix them up."""
+    env = gym.make(softvox_gym.TABLE_ENV_ID, disable_env_checker=True)  # which threads would share
+    stacks = [wrappers.Resample(env, n) for n in (2, 3, 5)]
+    env.reset(seed=0)
+
+    def stepped(i):
+        return len(stacks[i % 3].step(BEST)[4]["values"])
+
+    with ThreadPoolExecutor(6) as pool:
+        assert list(pool.map(stepped, range(60))) == [2, 3, 5] * 20
+
+
+@pytest.mark.parametrize("name", ["SoftVox3x3x3-v0", "SoftVox4x4x4-v0"])
+def test_larger_lattices_draw_alike_single_and_in_a_vector(name):
+    stack = STACKS["everything"]
+    short = {"preset": "published", "duration": 0.4}
+    ours = wrapped(gym.make_vec(name, num_envs=2, physics=short), stack, vector)
+    theirs = SyncVectorEnv([lambda: wrapped(gym.make(name, physics=short), stack, wrappers)] * 2)
+    assert_same(ours.reset(seed=4), theirs.reset(seed=4))
+    ours.action_space.seed(1)
+    actions = ours.action_space.sample()
+    assert_same(sorted_infos(ours.step(actions)), sorted_infos(theirs.step(actions)))

@@ -22,11 +22,14 @@ from typing import Any
 
 import softvox_gym
 from softvox_gym.cli import landscape, robustness, simulate, verify
-from softvox_gym.cli.parser import Parser
+from softvox_gym.cli.parser import Parser, readable
 from softvox_gym.cli.signals import Stopped, stoppable
-from softvox_gym.cli.terminal import BadInputError, complain, one_line_warnings
+from softvox_gym.cli.terminal import BadInputError, complain, degrade_output, one_line_warnings
 
 COMMANDS = (landscape, robustness, simulate, verify)
+
+#: How a command is called; also as wide as the column of their names.
+COMMAND = "COMMAND [options]"
 
 #: Group of entry points that name further commands.
 GROUP = "softvox_gym.commands"
@@ -54,6 +57,7 @@ softvox COMMAND --help tells all about a command.
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    degrade_output()
     try:
         with stoppable(), one_line_warnings():
             status = _run(arguments)
@@ -82,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str]) -> int:
     parser = _parser()
     try:
-        args, unknown = parser.parse_known_args(arguments)
+        args, unknown = parser.parse_known_args(readable(arguments))
         if unknown:
             getattr(args, "parser", parser).refuse(unknown)
     except SystemExit as end:  # --help, --version, or an error already told
@@ -95,7 +99,8 @@ def _run(arguments: list[str]) -> int:
 
 
 def _parser() -> Parser:
-    parser = Parser(prog="softvox", description=DESCRIPTION, epilog=EXAMPLES)
+    usage = f"softvox {COMMAND}"
+    parser = Parser(prog="softvox", usage=usage, description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument(
         "--version",
         action="version",
@@ -103,7 +108,7 @@ def _parser() -> Parser:
         version=f"softvox {softvox_gym.__version__}",
     )
     parser.set_defaults(run=None)
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    commands = parser.add_subparsers(title="commands", metavar=COMMAND, prog="softvox")
     for command in (*COMMANDS, *_further_commands()):
         command.add_parser(commands)
     return parser

@@ -7,28 +7,27 @@ import difflib
 import re
 import shutil
 import sys
-from collections.abc import Sequence
-from dataclasses import Field, fields
+from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, NoReturn
 
-from softvox_gym.cli.terminal import bad_input, complain
-from softvox_gym.physics import ACTUATIONS, PRESETS, Physics
+from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
 
+#: Whole numbers on the command line have at most nine digits.
+MOST = 10**9 - 1
 
-class _Formatter(argparse.RawDescriptionHelpFormatter):
-    def __init__(self, prog: str) -> None:
-        width = min(shutil.get_terminal_size().columns - 2, 88)
-        super().__init__(prog, max_help_position=26, width=width)
-        self._action_max_length = 14  # the list of commands forgets its own indent
+#: Negative numbers that argparse takes for options.
+ODD_NEGATIVE = re.compile(r"-((\d+\.?\d*|\.\d+)(e[-+]?\d+)|\d+\.|inf|nan)", re.IGNORECASE)
 
 
 class Parser(argparse.ArgumentParser):
     """An argument parser that says one line and exits with 2 where it can't go on."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(allow_abbrev=False, formatter_class=_Formatter, **options)
-        # The usual pattern takes -1e7 and -inf for options.
-        self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
+        width = min(shutil.get_terminal_size().columns - 2, 88)
+        layout = partial(argparse.RawDescriptionHelpFormatter, max_help_position=26, width=width)
+        super().__init__(allow_abbrev=False, formatter_class=layout, **options)
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where the help is."""
@@ -41,12 +40,13 @@ class Parser(argparse.ArgumentParser):
         if option is None:
             self.error(f"unexpected argument {unknown[0]!r}")
         name = option.partition("=")[0]
-        close = difflib.get_close_matches(name, self._option_string_actions, n=1)
+        close = difflib.get_close_matches(name, re.findall(r"--[a-z-]+", self.format_help()), n=1)
         self.error(f"no option {name}" + (f"; did you mean {close[0]}?" if close else ""))
 
 
-#: Whole numbers on the command line have at most nine digits.
-MOST = 10**9 - 1
+def readable(arguments: Iterable[str]) -> list[str]:
+    """Put a blank before -1e7, -inf and the like, which argparse then takes for values."""
+    return [f" {word}" if ODD_NEGATIVE.fullmatch(word) else word for word in arguments]
 
 
 def number(text: str) -> float:
@@ -68,25 +68,6 @@ def whole_number(text: str) -> int:
     return int(text)
 
 
-class OneOrThree(argparse.Action):
-    """Takes one number or three."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
-        """Store a number or a tuple."""
-        if len(values) not in (1, 3):
-            parser.error(
-                f"argument {option_string}: takes one number or three, got {len(values)}; "
-                "anything else goes before it"
-            )
-        setattr(namespace, self.dest, values[0] if len(values) == 1 else tuple(values))
-
-
 def add_threads(parser: argparse.ArgumentParser) -> None:
     """Add --threads."""
     parser.add_argument(
@@ -106,29 +87,28 @@ def add_physics(parser: argparse.ArgumentParser) -> None:
         help="the preset: the values that the published run rounded to, or the paper's exact ones "
         "(default: published)",
     )
-    for parameter in fields(Physics):
-        _add_parameter(group, parameter)
+    for spec in SPECS:
+        unit = f"; {spec.unit}" if spec.unit else ""
+        text = f"{spec.about}{unit} (default: {_defaults(spec)})".replace("%", "%%")
+        group.add_argument(_option(spec.name), help=text, **_kind(spec))
 
 
-def _add_parameter(group: argparse._ArgumentGroup, parameter: Field[Any]) -> None:
-    option = "--" + parameter.name.replace("_", "-")
-    unit = f", {parameter.metadata['unit']}" if parameter.metadata["unit"] else ""
-    text = f"{parameter.metadata['meaning']}{unit} (default: {_defaults(parameter.name)})"
-    text = text.replace("%", "%%")
-    if parameter.metadata["bounds"] == "actuation":
-        group.add_argument(option, choices=ACTUATIONS, help=text)
-    elif parameter.metadata["bounds"] == "flag":
-        group.add_argument(option, action=argparse.BooleanOptionalAction, help=text)
-    elif parameter.name == "gravity":
-        group.add_argument(
-            option, action=OneOrThree, nargs="+", type=number, metavar="G", help=text
-        )
-    else:
-        group.add_argument(option, type=number, metavar="X", help=text)
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")
 
 
-def _defaults(name: str) -> str:
-    published, exact = (_shown(getattr(Physics.preset(preset), name)) for preset in PRESETS)
+def _kind(spec: ParameterSpec) -> dict[str, Any]:
+    if isinstance(spec.default, bool):
+        return {"action": argparse.BooleanOptionalAction}
+    if isinstance(spec.default, str):
+        return {"choices": ACTUATIONS}
+    if spec.name == "gravity":
+        return {"type": number, "nargs": "+", "metavar": "G"}
+    return {"type": number, "metavar": "X"}
+
+
+def _defaults(spec: ParameterSpec) -> str:
+    published, exact = _shown(spec.published), _shown(spec.default)
     return published if published == exact else f"{published}, exact {exact}"
 
 
@@ -147,7 +127,15 @@ def physics_of(args: argparse.Namespace) -> Physics:
     BadInputError
         For a value out of its bounds.
     """
-    given = {f.name: getattr(args, f.name) for f in fields(Physics)}
+    given = {spec.name: getattr(args, spec.name) for spec in SPECS}
     changes = {name: value for name, value in given.items() if value is not None}
+    gravity = changes.get("gravity", [0.0])
+    if len(gravity) not in (1, 3):
+        raise BadInputError(
+            f"--gravity: takes one number or three, got {len(gravity)}; "
+            "anything else goes before it"
+        )
+    if len(gravity) == 1 and "gravity" in changes:
+        changes["gravity"] = gravity[0]
     with bad_input():
         return Physics.of({"preset": args.physics, **changes})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from argparse import Namespace
 from math import isfinite
 from pathlib import Path
@@ -26,7 +27,8 @@ mass in voxel widths, cm for the 1 cm voxel), its displacement and its track,
 one row per cycle of actuation.
 
 DESIGN is a number, 0 to 6560, or the digits of all sites (0 absent, 1 passive,
-2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same.
+2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same. On
+another lattice (--shape) there are other numbers, and as many digits as sites.
 """
 
 FRAMES_HELP = """\
@@ -40,9 +42,6 @@ MOST_CYCLES = 10**6
 #: Per voxel: position, quaternion and edge.
 FRAME_BYTES = 8 * 8
 MOST_FRAME_BYTES = 2**30
-
-#: Python reads and writes no numbers of more decimal digits than 4300; 3^4096 has fewer.
-MOST_SITES = 4096
 
 
 def add_parser(commands: Any) -> None:
@@ -112,12 +111,8 @@ def design_of(text: str, shape: tuple[int, int, int]) -> Design:
     """
     with bad_input():
         lattice = Lattice.of(shape)
-    if lattice.sites > MOST_SITES:
-        raise BadInputError(
-            f"--shape has {lattice.sites} sites, and at most {MOST_SITES} are taken"
-        )
     try:
-        is_number = len(text) != lattice.sites and text.isdecimal()
+        is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
         return Design(int(text) if is_number else text, shape=lattice)
     except ValueError:
         last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"
@@ -148,16 +143,11 @@ def frames_archive(result: Result) -> bytes:
     frames = result.frames
     assert frames is not None
     archive = io.BytesIO()
-    np.savez_compressed(
-        archive,
-        step=frames.step,
-        time=frames.time[0],
-        position=frames.position[0],
-        quaternion=frames.quaternion[0],
-        edge=frames.edge[0],
-        digits=result.designs[0],
-        physics=np.array(json.dumps(result.physics.to_dict())),
-    )
+    names = ("time", "position", "quaternion", "edge")
+    arrays = {name: getattr(frames, name)[0] for name in names}
+    physics = np.array(json.dumps(result.physics.to_dict()))
+    digits = result.designs[0]
+    np.savez_compressed(archive, step=frames.step, **arrays, digits=digits, physics=physics)
     return archive.getvalue()
 
 
@@ -184,7 +174,7 @@ def as_text(result: Result) -> str:
     dx, dy, dz = result.displacement[0]
     return "\n".join(
         [
-            f"design        {design.index}",
+            f"design        {'-' if (number := _number(design)) is None else number}",
             f"digits        {design.digits}",
             f"shape         {' x '.join(map(str, design.shape))}",
             f"voxels        {design.n_voxels}, {design.n_active} active",
@@ -201,7 +191,7 @@ def as_json(result: Result) -> str:
     """Return the result for programs; null where the design diverged."""
     design = result.design(0)
     data = {
-        "design": design.index,
+        "design": _number(design),
         "digits": design.digits,
         "shape": design.shape,
         "n_voxels": design.n_voxels,
@@ -214,6 +204,11 @@ def as_json(result: Result) -> str:
         "physics": result.physics.to_dict(),
     }
     return json.dumps(data, indent=2, allow_nan=False)
+
+
+def _number(design: Design) -> int | None:
+    """Return a design's number; None on a large lattice, where it has hundreds of digits."""
+    return design.index if design.lattice.has_int64_numbers else None
 
 
 def _finite(value: float) -> float | None:

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import re
 import sys
 import warnings
 from collections.abc import Iterator
-from dataclasses import fields
 
 from softvox_gym.files import OutputError
-from softvox_gym.physics import Physics
-
-PARAMETERS = tuple(f.name for f in fields(Physics))
+from softvox_gym.physics import ParameterError
 
 
 class BadInputError(Exception):
-    """What the user gave can't be used; the message is one line naming the mend."""
+    """What the user gave can't be used; the message is one line naming the remedy."""
 
 
 @contextlib.contextmanager
@@ -30,24 +26,23 @@ def bad_input(option: str = "") -> Iterator[None]:
     """
     try:
         yield
+    except ParameterError as error:
+        name = error.parameter.replace("_", "-")
+        raise BadInputError(f"--{name} {error.reason}") from error
     except (ValueError, TypeError, OutputError) as error:
-        raise BadInputError(f"{option} {error}" if option else in_options(str(error))) from error
+        raise BadInputError(f"{option} {error}".strip()) from error
     except OSError as error:
         if not option:
             raise
         raise BadInputError(f"{option} {error.filename}: {error.strerror}") from error
 
 
-def in_options(message: str) -> str:
-    """Name options in a message where the package names its arguments.
-
-    Names that are also plain English (strain, density) count only as the first word.
-    """
-    message = message.replace("shape=(nx, ny, nz)", "--shape NX NY NZ")
-    for name in (*PARAMETERS, "threads", "shape"):
-        option = "--" + name.replace("_", "-")
-        message = re.sub(rf"\b{name}\b" if "_" in name else rf"^{name}\b", option, message)
-    return message
+def degrade_output() -> None:
+    """Make the standard streams write an escape in place of what their encoding lacks."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)  # a captured stream may have none
+        if reconfigure:
+            reconfigure(errors="backslashreplace")
 
 
 def complain(kind: str, message: str) -> None:
@@ -62,7 +57,7 @@ def one_line_warnings() -> Iterator[None]:
     """Show warnings like errors."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        complain("warning", in_options(str(message)))
+        complain("warning", str(message))
 
     with warnings.catch_warnings():
         warnings.showwarning = show

@@ -105,6 +105,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
 
     def _set_up(self, evaluator: Evaluator) -> None:
         self.evaluator = evaluator
+        self.metadata = dict(METADATA)  # SyncVectorEnv writes into it before Gymnasium 1.3
         self.physics = evaluator.physics
         self.render_mode = evaluator.render_mode
         self.action_space = evaluator.action_space

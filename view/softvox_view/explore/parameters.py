@@ -14,7 +14,7 @@ import numpy as np
 from softvox_gym import Design, Physics
 from softvox_gym.design import N_DESIGNS, N_SITES
 from softvox_gym.noise import tilted
-from softvox_gym.physics import ACTUATIONS
+from softvox_gym.physics import ACTUATIONS, SPECS
 
 #: The physics that all changes start from.
 PRESET = "published"
@@ -65,21 +65,20 @@ class Slider:
 def sliders() -> list[Slider]:
     """Return the sliders, in the order of the page."""
     preset = Physics.preset(PRESET)
-    rows: list[tuple[str, str, str, float, float, float]] = [
-        ("friction_static", "Static friction", "", 0, 2, 0.05),
-        ("friction_kinetic", "Kinetic friction", "", 0, 2, 0.05),
-        ("shear_strength", "Shear strength", "Pa", 0, 50_000, 500),
-        ("strain", "Strain", "", 0, 0.5, 0.005),
-        ("frequency_hz", "Frequency", "Hz", 0.5, 12, 0.1),
-        ("gravity", "Gravity", "m/s²", -25, 0, 0.1),
-        ("tilt", "Tilt of the floor", "°", 0, 30, 0.5),
-        ("downhill", "Downhill towards", "°", -180, 180, 5),
+    shown = [
+        Slider(
+            spec.name,
+            spec.about.partition(",")[0].capitalize(),
+            spec.unit.replace("^2", "²"),
+            *spec.slider,
+            default=float(getattr(preset, spec.name)),
+        )
+        for spec in SPECS
+        if spec.slider
     ]
-    return [Slider(*row, default=_default(preset, row[0])) for row in rows]
-
-
-def _default(preset: Physics, name: str) -> float:
-    return 0.0 if name in _FLOOR else float(getattr(preset, name))
+    tilt = Slider("tilt", "Tilt of the floor", "°", 0, 30, 0.5, 0.0)
+    downhill = Slider("downhill", "Downhill towards", "°", -180, 180, 5, 0.0)
+    return [*shown, tilt, downhill]
 
 
 def about_sliders() -> list[dict[str, Any]]:

@@ -1,5 +1,5 @@
 /* Groups the designs of a batch into blocks of lanes. A block costs what its union of bodies costs, so
- * designs of one body plan go together, and those left over join whom they resemble most. The grouping
+ * designs of one body plan go together, and those left over join the ones they resemble most. The grouping
  * changes the speed, never a result. */
 #include "body.h"
 #include "kernels.h"
@@ -11,37 +11,37 @@
 typedef struct {
     const uint8_t *digits; /* [sites] */
     int32_t sites, design;
-} entry;
+} sv_entry;
 
 /* Designs entry[first] ... entry[first + count - 1], all of one body plan. */
 typedef struct {
     int32_t first, count;
     int64_t cost;
-} group;
+} sv_group;
 
 typedef struct {
     int64_t cost;
     int32_t row;
-} ranked_row;
+} sv_ranked_row;
 
 typedef struct {
     const sv_batch *batch;
     sv_lattice lattice;
     int32_t sites;
-    entry *entries;
-    group *groups;
+    sv_entry *entries;
+    sv_group *groups;
     int32_t group_count;
     uint8_t *joined, *trial; /* [sites] unions of occupied sites */
-    ranked_row *ranks;
+    sv_ranked_row *ranks;
     int32_t *rows; /* copy of the plan's order, to sort it */
-} planner;
+} sv_planner;
 
 /* A link step takes about three times as long as a voxel step; a masked link a little longer. */
-static const int64_t voxel_cost = 9, link_cost = 27, masked_link_cost = 30;
+static const int64_t sv_voxel_cost = 9, sv_link_cost = 27, sv_masked_link_cost = 30;
 
-static const int32_t most_candidates = 256; /* groups looked at to fill a block */
+static const int32_t sv_most_candidates = 256; /* groups tried to fill a block */
 
-static void take_planner(planner *p, const sv_batch *batch, sv_arena *arena)
+static void sv_planner_take(sv_planner *p, const sv_batch *batch, sv_arena *arena)
 {
     size_t n = (size_t)batch->n;
     p->batch = batch;
@@ -55,7 +55,7 @@ static void take_planner(planner *p, const sv_batch *batch, sv_arena *arena)
     p->rows = sv_take(arena, n * SV_MOST_LANES, sizeof *p->rows);
 }
 
-static int compare_plans(const entry *a, const entry *b)
+static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
 {
     for (int32_t s = 0; s < a->sites; s++)
         if (!a->digits[s] != !b->digits[s])
@@ -63,30 +63,30 @@ static int compare_plans(const entry *a, const entry *b)
     return 0;
 }
 
-static int by_plan(const void *left, const void *right)
+static int sv_by_plan(const void *left, const void *right)
 {
-    const entry *a = left, *b = right;
-    int order = compare_plans(a, b);
+    const sv_entry *a = left, *b = right;
+    int order = sv_compare_plans(a, b);
     return order ? order : (a->design > b->design) - (a->design < b->design);
 }
 
-static int by_cost(const void *left, const void *right)
+static int sv_by_cost(const void *left, const void *right)
 {
-    const group *a = left, *b = right;
+    const sv_group *a = left, *b = right;
     if (a->cost != b->cost)
         return a->cost < b->cost ? 1 : -1;
     return (a->first > b->first) - (a->first < b->first);
 }
 
-static int by_rank(const void *left, const void *right)
+static int sv_by_rank(const void *left, const void *right)
 {
-    const ranked_row *a = left, *b = right;
+    const sv_ranked_row *a = left, *b = right;
     if (a->cost != b->cost)
         return a->cost < b->cost ? 1 : -1;
     return (a->row > b->row) - (a->row < b->row);
 }
 
-static int64_t cost_of(const planner *p, const uint8_t *occupied, int64_t cost_per_link)
+static int64_t sv_cost(const sv_planner *p, const uint8_t *occupied, int64_t cost_per_link)
 {
     const sv_lattice l = p->lattice;
     int64_t voxels = 0, links = 0;
@@ -103,10 +103,10 @@ static int64_t cost_of(const planner *p, const uint8_t *occupied, int64_t cost_p
             }
         }
     }
-    return voxels * voxel_cost + links * cost_per_link;
+    return voxels * sv_voxel_cost + links * cost_per_link;
 }
 
-static bool is_empty(const uint8_t *digits, int32_t sites)
+static bool sv_is_empty(const uint8_t *digits, int32_t sites)
 {
     for (int32_t s = 0; s < sites; s++)
         if (digits[s])
@@ -115,27 +115,27 @@ static bool is_empty(const uint8_t *digits, int32_t sites)
 }
 
 /* Sorts the designs by body plan; those without a voxel are not simulated. */
-static void find_groups(planner *p)
+static void sv_find_groups(sv_planner *p)
 {
     int32_t count = 0;
     for (int32_t design = 0; design < p->batch->n; design++) {
         const uint8_t *digits = p->batch->digits + (size_t)design * (size_t)p->sites;
-        if (!is_empty(digits, p->sites))
-            p->entries[count++] = (entry){digits, p->sites, design};
+        if (!sv_is_empty(digits, p->sites))
+            p->entries[count++] = (sv_entry){digits, p->sites, design};
     }
-    qsort(p->entries, (size_t)count, sizeof *p->entries, by_plan);
+    qsort(p->entries, (size_t)count, sizeof *p->entries, sv_by_plan);
     p->group_count = 0;
     for (int32_t i = 0; i < count; i++) {
-        if (i > 0 && compare_plans(&p->entries[i], &p->entries[i - 1]) == 0)
+        if (i > 0 && sv_compare_plans(&p->entries[i], &p->entries[i - 1]) == 0)
             p->groups[p->group_count - 1].count++;
         else
-            p->groups[p->group_count++] = (group){i, 1, cost_of(p, p->entries[i].digits, link_cost)};
+            p->groups[p->group_count++] = (sv_group){i, 1, sv_cost(p, p->entries[i].digits, sv_link_cost)};
     }
-    qsort(p->groups, (size_t)p->group_count, sizeof *p->groups, by_cost);
+    qsort(p->groups, (size_t)p->group_count, sizeof *p->groups, sv_by_cost);
 }
 
 /* Moves designs of a group into free lanes of the row. */
-static int32_t seat(const planner *p, group *g, int32_t *row, int32_t taken, int32_t lanes)
+static int32_t sv_assign(const sv_planner *p, sv_group *g, int32_t *row, int32_t taken, int32_t lanes)
 {
     while (g->count > 0 && taken < lanes) {
         row[taken++] = p->entries[g->first++].design;
@@ -144,37 +144,37 @@ static int32_t seat(const planner *p, group *g, int32_t *row, int32_t taken, int
     return taken;
 }
 
-static int32_t *new_row(planner *p, sv_plan *plan, int64_t cost)
+static int32_t *sv_new_row(sv_planner *p, sv_plan *plan, int64_t cost)
 {
     int32_t *row = plan->order + (size_t)plan->blocks * (size_t)plan->lanes;
     for (int32_t lane = 0; lane < plan->lanes; lane++)
         row[lane] = -1;
-    p->ranks[plan->blocks] = (ranked_row){cost, plan->blocks};
+    p->ranks[plan->blocks] = (sv_ranked_row){cost, plan->blocks};
     plan->blocks++;
     return row;
 }
 
-static void join_into(uint8_t *joined, const uint8_t *more, int32_t sites)
+static void sv_unite(uint8_t *joined, const uint8_t *more, int32_t sites)
 {
     for (int32_t s = 0; s < sites; s++)
         joined[s] |= more[s];
 }
 
-/* The group whose company saves most against a block of its own, or -1 where none saves anything. */
-static int32_t best_company(const planner *p, int32_t after, int32_t room, int64_t cost, int64_t *joint_cost)
+/* The group that saves most against a block of its own, or -1 where none saves anything. */
+static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room, int64_t cost, int64_t *joint_cost)
 {
-    int32_t best = -1, looked_at = 0;
+    int32_t best = -1, tried = 0;
     int64_t best_saving = 0;
-    for (int32_t g = after + 1; g < p->group_count && looked_at < most_candidates; g++) {
-        const group *candidate = &p->groups[g];
+    for (int32_t g = after + 1; g < p->group_count && tried < sv_most_candidates; g++) {
+        const sv_group *candidate = &p->groups[g];
         if (candidate->count == 0)
             continue;
-        looked_at++;
+        tried++;
         if (candidate->count > room)
             continue;
         memcpy(p->trial, p->joined, (size_t)p->sites);
-        join_into(p->trial, p->entries[candidate->first].digits, p->sites);
-        int64_t joint = cost_of(p, p->trial, masked_link_cost), saving = cost + candidate->cost - joint;
+        sv_unite(p->trial, p->entries[candidate->first].digits, p->sites);
+        int64_t joint = sv_cost(p, p->trial, sv_masked_link_cost), saving = cost + candidate->cost - joint;
         if (saving > best_saving) {
             best_saving = saving;
             best = g;
@@ -185,30 +185,30 @@ static int32_t best_company(const planner *p, int32_t after, int32_t room, int64
 }
 
 /* A block for what is left of group g, filled up with others while that saves work. */
-static void fill_mixed_row(planner *p, sv_plan *plan, int32_t g)
+static void sv_fill_mixed_row(sv_planner *p, sv_plan *plan, int32_t g)
 {
     int64_t cost = p->groups[g].cost;
-    int32_t *row = new_row(p, plan, cost);
+    int32_t *row = sv_new_row(p, plan, cost);
     memcpy(p->joined, p->entries[p->groups[g].first].digits, (size_t)p->sites);
-    int32_t taken = seat(p, &p->groups[g], row, 0, plan->lanes);
+    int32_t taken = sv_assign(p, &p->groups[g], row, 0, plan->lanes);
     while (taken < plan->lanes) {
-        int32_t company = best_company(p, g, plan->lanes - taken, cost, &cost);
-        if (company < 0)
+        int32_t partner = sv_best_partner(p, g, plan->lanes - taken, cost, &cost);
+        if (partner < 0)
             break;
-        join_into(p->joined, p->entries[p->groups[company].first].digits, p->sites);
-        taken = seat(p, &p->groups[company], row, taken, plan->lanes);
+        sv_unite(p->joined, p->entries[p->groups[partner].first].digits, p->sites);
+        taken = sv_assign(p, &p->groups[partner], row, taken, plan->lanes);
     }
     p->ranks[plan->blocks - 1].cost = cost;
 }
 
 /* Costly blocks first, so that threads finish together. */
-static void sort_rows(planner *p, sv_plan *plan)
+static void sv_sort_rows(sv_planner *p, sv_plan *plan)
 {
     size_t lanes = (size_t)plan->lanes, blocks = (size_t)plan->blocks;
     if (blocks == 0)
         return;
     memcpy(p->rows, plan->order, blocks * lanes * sizeof *p->rows);
-    qsort(p->ranks, blocks, sizeof *p->ranks, by_rank);
+    qsort(p->ranks, blocks, sizeof *p->ranks, sv_by_rank);
     for (size_t i = 0; i < blocks; i++)
         memcpy(plan->order + i * lanes, p->rows + (size_t)p->ranks[i].row * lanes, lanes * sizeof *p->rows);
 }
@@ -216,8 +216,8 @@ static void sort_rows(planner *p, sv_plan *plan)
 int64_t sv_plan_scratch(const sv_batch *batch)
 {
     sv_arena arena = sv_arena_in(NULL);
-    planner p;
-    take_planner(&p, batch, &arena);
+    sv_planner p;
+    sv_planner_take(&p, batch, &arena);
     return (int64_t)sv_arena_bytes(&arena);
 }
 
@@ -226,17 +226,17 @@ int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch)
     if (sv_batch_error(batch) || plan->lanes < 1 || plan->lanes > SV_MOST_LANES)
         return SV_BAD_BATCH;
     sv_arena arena = sv_arena_in(scratch);
-    planner p;
-    take_planner(&p, batch, &arena);
+    sv_planner p;
+    sv_planner_take(&p, batch, &arena);
     plan->blocks = 0;
-    find_groups(&p);
+    sv_find_groups(&p);
     for (int32_t g = 0; g < p.group_count; g++)
         while (p.groups[g].count >= plan->lanes)
-            seat(&p, &p.groups[g], new_row(&p, plan, p.groups[g].cost), 0, plan->lanes);
+            sv_assign(&p, &p.groups[g], sv_new_row(&p, plan, p.groups[g].cost), 0, plan->lanes);
     for (int32_t g = 0; g < p.group_count; g++)
         if (p.groups[g].count > 0)
-            fill_mixed_row(&p, plan, g);
-    sort_rows(&p, plan);
+            sv_fill_mixed_row(&p, plan, g);
+    sv_sort_rows(&p, plan);
     sv_give_back(&arena);
     return SV_DONE;
 }

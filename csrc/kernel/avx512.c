@@ -6,12 +6,11 @@
 #pragma GCC target("avx512f,avx512dq,avx512vl")
 #endif
 
-#include "kernels.h"
-
 #define SV_AVX512
-#define SV_LANES SV_LANES_AVX512
-#define SV_KERNEL avx512
-#include "kernel.h"
+#define SV_LANES 8
+#define SV_ISA_NAME "avx512"
+#define SV_KERNEL sv_kernel_avx512
+#include "kernel.inl.h"
 
 #if defined __clang__
 #pragma clang attribute pop

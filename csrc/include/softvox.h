@@ -39,7 +39,7 @@ typedef struct {
     double damping_link;     /* ratio */
     double damping_ground;   /* ratio */
     double damping_global;   /* ratio */
-    double frequency;        /* Hz */
+    double frequency_hz;     /* Hz */
     double time_step;        /* s */
     double duration;         /* s */
 } sv_parameters;
@@ -82,13 +82,13 @@ typedef struct {
 
 /* Shared by the threads that work on one batch; start with zeros. */
 typedef struct {
-    int32_t next_block; /* the next block that nobody has taken */
+    int32_t next_block; /* the next block that no thread has taken */
     int32_t done;       /* designs finished */
     int32_t cancel;     /* set it to 1 and the workers stop soon */
 } sv_progress;
 
-/* The widest instruction set that this machine runs, and whether it runs a given one. */
-int32_t sv_isa_best(void);
+/* Whether this machine runs an instruction set, and the name (else "unknown") and lanes (else 0) of one that it runs.
+ */
 int32_t sv_isa_supported(int32_t isa);
 const char *sv_isa_name(int32_t isa);
 int32_t sv_isa_lanes(int32_t isa);

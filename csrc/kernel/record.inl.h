@@ -1,17 +1,16 @@
 /* What is read off a run: the centre of mass, its track, whole frames, and whether it diverged. physics.md 8 */
-#ifndef SV_MEASURE_H
-#define SV_MEASURE_H
+#pragma once
 
-#include "block.h"
+#include "block.inl.h"
 #include "kernels.h"
 
 #include <math.h>
 
-static void centre_of_mass(const block *b, int lane, double centre[3])
+static void sv_centre_of_mass(const sv_block *b, int lane, double centre[3])
 {
     double x = 0, y = 0, z = 0;
     for (int32_t v = 0; v < b->body.voxels; v++) {
-        if (!lane_has(b, lane, v))
+        if (!sv_lane_has(b, lane, v))
             continue;
         x += b->voxels[v].place.x[lane];
         y += b->voxels[v].place.y[lane];
@@ -22,41 +21,41 @@ static void centre_of_mass(const block *b, int lane, double centre[3])
     centre[2] = z / b->voxel_count[lane];
 }
 
-static double sample_time(const block *b, int lane, int32_t sample)
+static double sv_sample_time(const sv_block *b, int lane, int32_t sample)
 {
     return b->settle_time[lane] + sample / (b->batch->track_per_cycle * b->frequency[lane]);
 }
 
-/* The time after which a lane wants to be looked at next. */
-static double next_event_of(const block *b, int lane)
+/* The time of a lane's next event. */
+static double sv_next_event(const sv_block *b, int lane)
 {
-    const lane_clock *clock = &b->clock[lane];
+    const sv_clock *clock = &b->clock[lane];
     if (clock->ended)
         return INFINITY;
     if (!clock->measuring)
         return b->settle_time[lane];
     if (clock->sample < b->batch->track_samples)
-        return fmin(sample_time(b, lane, clock->sample), b->duration[lane]);
+        return fmin(sv_sample_time(b, lane, clock->sample), b->duration[lane]);
     return b->duration[lane];
 }
 
 /* Samples j at the first step after settle_time + j / (k f). The end of the run stands for all that are due by then. */
-static void take_samples(block *b, int lane, const double centre[3])
+static void sv_record_track(sv_block *b, int lane, const double centre[3])
 {
-    lane_clock *clock = &b->clock[lane];
+    sv_clock *clock = &b->clock[lane];
     double due = clock->ended ? b->duration[lane] + SV_SAMPLE_SLACK / b->frequency[lane] : b->time[lane];
-    while (clock->sample < b->batch->track_samples && sample_time(b, lane, clock->sample) < due) {
+    while (clock->sample < b->batch->track_samples && sv_sample_time(b, lane, clock->sample) < due) {
         size_t row = (size_t)b->design[lane] * (size_t)b->batch->track_samples + (size_t)clock->sample++;
         for (int i = 0; i < 3; i++)
             b->results->track[3 * row + (size_t)i] = centre[i] - clock->start[i];
     }
 }
 
-static void look_at_lane(block *b, int lane)
+static void sv_record_lane(sv_block *b, int lane)
 {
-    lane_clock *clock = &b->clock[lane];
+    sv_clock *clock = &b->clock[lane];
     double centre[3];
-    centre_of_mass(b, lane, centre);
+    sv_centre_of_mass(b, lane, centre);
     if (!clock->measuring) {
         clock->measuring = true;
         for (int i = 0; i < 3; i++)
@@ -68,18 +67,18 @@ static void look_at_lane(block *b, int lane)
         for (int i = 0; i < 3; i++)
             b->results->end[3 * b->design[lane] + i] = centre[i];
     }
-    take_samples(b, lane, centre);
+    sv_record_track(b, lane, centre);
 }
 
 /* A lane is finite when every number that it carries from step to step is. */
-static bool lane_is_finite(const block *b, int lane)
+static bool sv_lane_is_finite(const sv_block *b, int lane)
 {
     double sum = 0;
     for (int32_t v = 0; v < b->body.voxels; v++) {
-        if (!lane_has(b, lane, v))
+        if (!sv_lane_has(b, lane, v))
             continue;
-        const voxel *x = &b->voxels[v];
-        const v3 *of[] = {&x->place, &x->velocity, &x->spin, &x->turn.v};
+        const sv_voxel *x = &b->voxels[v];
+        const sv_vec3 *of[] = {&x->place, &x->velocity, &x->spin, &x->turn.v};
         for (int i = 0; i < 4; i++)
             sum += 0.0 * of[i]->x[lane] + 0.0 * of[i]->y[lane] + 0.0 * of[i]->z[lane];
         sum += 0.0 * x->turn.w[lane] + 0.0 * x->edge[lane];
@@ -87,22 +86,22 @@ static bool lane_is_finite(const block *b, int lane)
     return sum == 0.0;
 }
 
-static void mark_divergence(block *b, int lane)
+static void sv_record_status(sv_block *b, int lane)
 {
-    if (lane_of(b->diverged, lane) || !lane_is_finite(b, lane))
+    if (sv_lane(b->diverged, lane) || !sv_lane_is_finite(b, lane))
         b->results->status[b->design[lane]] = SV_DIVERGED;
 }
 
-static void write_frame(const block *b, int lane, int32_t row)
+static void sv_record_frame(const sv_block *b, int lane, int32_t row)
 {
     const sv_batch *batch = b->batch;
-    size_t sites = (size_t)sv_sites(lattice_of(batch));
+    size_t sites = (size_t)sv_sites(sv_lattice_of(batch));
     double *frame =
         b->results->frames + ((size_t)b->design[lane] * (size_t)batch->frame_count + (size_t)row) * sites * 8;
     for (int32_t v = 0; v < b->body.voxels; v++) {
-        if (!lane_has(b, lane, v))
+        if (!sv_lane_has(b, lane, v))
             continue;
-        const voxel *x = &b->voxels[v];
+        const sv_voxel *x = &b->voxels[v];
         const double values[8] = {x->place.x[lane],  x->place.y[lane],  x->place.z[lane],  x->turn.w[lane],
                                   x->turn.v.x[lane], x->turn.v.y[lane], x->turn.v.z[lane], x->edge[lane]};
         for (int i = 0; i < 8; i++)
@@ -111,27 +110,25 @@ static void write_frame(const block *b, int lane, int32_t row)
 }
 
 /* Everything that is due at the start of a step. Returns whether all lanes have ended. */
-static bool look(block *b)
+static bool sv_record(sv_block *b)
 {
     if (b->batch->frame_count && b->step % b->batch->frame_every == 0) {
         int32_t row = b->step / b->batch->frame_every;
         for (int lane = 0; lane < SV_LANES; lane++)
             if (b->design[lane] >= 0 && !b->clock[lane].ended && row < b->batch->frame_count)
-                write_frame(b, lane, row);
+                sv_record_frame(b, lane, row);
     }
-    if (!any(gt(b->time, b->next_event)))
+    if (!sv_any(sv_gt(b->time, b->next_event)))
         return false;
     bool all_ended = true;
     for (int lane = 0; lane < SV_LANES; lane++) {
         if (b->design[lane] >= 0 && !b->clock[lane].ended && b->time[lane] > b->next_event[lane]) {
-            look_at_lane(b, lane);
-            b->next_event[lane] = next_event_of(b, lane);
+            sv_record_lane(b, lane);
+            b->next_event[lane] = sv_next_event(b, lane);
             if (b->clock[lane].ended)
-                mark_divergence(b, lane);
+                sv_record_status(b, lane);
         }
         all_ended = all_ended && b->clock[lane].ended;
     }
     return all_ended;
 }
-
-#endif

@@ -6,12 +6,11 @@
 #pragma GCC target("avx2")
 #endif
 
-#include "kernels.h"
-
 #define SV_AVX2
-#define SV_LANES SV_LANES_AVX2
-#define SV_KERNEL avx2
-#include "kernel.h"
+#define SV_LANES 4
+#define SV_ISA_NAME "avx2"
+#define SV_KERNEL sv_kernel_avx2
+#include "kernel.inl.h"
 
 #if defined __clang__
 #pragma clang attribute pop

@@ -1,0 +1,116 @@
+/* What the world does to a voxel, and how it moves. physics.md 6 */
+#pragma once
+
+#include "block.inl.h"
+
+/* Force and moment on voxel `v` from its links. */
+SV_INLINE void sv_gather(const sv_block *b, int32_t v, sv_vec3 *force, sv_vec3 *moment)
+{
+    const sv_joints *joints = &b->body.joints[v];
+    sv_vec3 f = sv_zero3(), m = sv_zero3();
+    int32_t i = 0;
+    for (; i < joints->as_a; i++) {
+        const sv_link_effect *e = &b->effect[joints->link[i]];
+        f = sv_add3(f, e->force);
+        m = sv_sub3(m, e->moment_a);
+    }
+    for (; i < joints->as_a + joints->as_b; i++) {
+        const sv_link_effect *e = &b->effect[joints->link[i]];
+        f = sv_sub3(f, e->force);
+        m = sv_sub3(m, e->moment_b);
+    }
+    *force = f;
+    *moment = m;
+}
+
+/* The floor on a voxel sunk into it by `depth`: normal force, damping, Coulomb friction and interfacial
+ * shear. physics.md 6.2, with N mu replaced by N mu + tau s^2 (Majidi et al. 2013). */
+SV_INLINE void sv_floor_contact(const sv_coefficients *k, sv_mask touching, sv_wide depth, sv_wide edge, sv_vec3 *force,
+                                sv_vec3 *velocity)
+{
+    sv_wide normal = depth * k->floor_stiffness, shear = k->shear_strength * (edge * edge);
+    sv_wide fz = force->z + (normal - k->floor_damper * velocity->z);
+    sv_wide push_squared = force->x * force->x + force->y * force->y;
+    sv_wide speed_squared = velocity->x * velocity->x + velocity->y * velocity->y;
+
+    sv_mask standing = sv_le(sv_abs(velocity->x) + sv_abs(velocity->y), sv_splat(0)) & touching;
+    sv_wide grip = k->friction_static * normal + shear;
+    sv_mask held = standing & sv_lt(push_squared, grip * grip);
+
+    sv_mask sliding = touching & ~standing;
+    sv_wide brake = k->friction_kinetic * normal + shear;
+    sv_wide speed = sv_sqrt(speed_squared);
+    sv_mask slides_on = sliding & sv_lt(brake, k->mass_over_dt * speed);
+    sv_mask stops = sliding & ~slides_on;
+    sv_wide per_speed = brake / sv_select(slides_on, speed, sv_splat(1));
+
+    sv_mask still = held | stops;
+    force->x = sv_select(still, sv_splat(0), sv_select(slides_on, force->x - per_speed * velocity->x, force->x));
+    force->y = sv_select(still, sv_splat(0), sv_select(slides_on, force->y - per_speed * velocity->y, force->y));
+    force->z = sv_select(touching, fz, force->z);
+    velocity->x = sv_select(stops, sv_splat(0), velocity->x);
+    velocity->y = sv_select(stops, sv_splat(0), velocity->y);
+}
+
+/* q brought back to unit length, for |q|^2 = 1 + excess. A step changes it so little that a short series
+ * is exact to the last bit; past its reach, the square root. */
+SV_INLINE sv_wide sv_unit_factor(sv_wide square)
+{
+    sv_wide e = square - 1.0;
+    sv_wide factor = 1.0 - e * (0.5 - e * (0.375 - e * (0.3125 - e * 0.2734375)));
+    sv_mask far = sv_gt(sv_abs(e), sv_splat(2e-4));
+    if (sv_any(far))
+        factor = sv_select(far, 1.0 / sv_sqrt(square), factor);
+    return factor;
+}
+
+/* q += dt/2 (0, spin) q, normalised. physics.md 6.5 */
+SV_INLINE sv_quat sv_turn(sv_quat q, sv_vec3 spin, sv_wide half_dt)
+{
+    sv_vec3 h = sv_scale3(half_dt, spin);
+    sv_quat next = {q.w - sv_dot3(h, q.v),
+                    {q.v.x + (h.x * q.w + h.y * q.v.z - h.z * q.v.y), q.v.y + (h.y * q.w + h.z * q.v.x - h.x * q.v.z),
+                     q.v.z + (h.z * q.w + h.x * q.v.y - h.y * q.v.x)}};
+    sv_wide factor = sv_unit_factor(next.w * next.w + sv_dot3(next.v, next.v));
+    next.w = next.w * factor;
+    next.v = sv_scale3(factor, next.v);
+    return sv_select_quat(sv_ge(next.w, sv_splat(1)), (sv_quat){sv_splat(1), sv_zero3()}, next);
+}
+
+/* The edge that the pump asks of a voxel. A swing of 0 is a voxel that is passive or not yet actuated:
+ * it rests; one that is not finite must show. physics.md 6.6 */
+SV_INLINE sv_wide sv_pumped_edge(sv_wide edge, sv_wide strain, sv_wide sine, const sv_batch *batch)
+{
+    const sv_wide rest = sv_splat(batch->edge), swing = rest * (strain * sine);
+    const sv_wide target = sv_select(sv_le(sv_abs(swing), sv_splat(0)), rest, batch->pumped_rest + swing);
+    if (batch->actuation == SV_HOLD)
+        return sv_select(sv_lt(target, rest) & sv_lt(target, edge), edge, target);
+    if (batch->actuation == SV_CLAMP)
+        return sv_select(sv_le(target, rest), rest, target);
+    return target;
+}
+
+SV_INLINE void sv_voxel_step(sv_block *b, int32_t v)
+{
+    const sv_coefficients *k = &b->k;
+    sv_voxel *x = &b->voxels[v];
+    sv_vec3 force, moment;
+    sv_gather(b, v, &force, &moment);
+    if (b->contacts.count)
+        force = sv_add3(force, b->contacts.push[v]);
+    force = sv_add3(sv_sub3(force, sv_scale3(k->drag, x->velocity)), k->weight);
+
+    sv_vec3 velocity = x->velocity;
+    sv_wide depth = 0.5 * x->edge - x->place.z;
+    sv_mask touching = sv_gt(depth, sv_splat(0));
+    if (sv_any(touching))
+        sv_floor_contact(k, touching, depth, x->edge, &force, &velocity);
+
+    x->velocity = sv_add3(velocity, sv_scale3(k->dt_over_mass, force));
+    x->place = sv_add3(x->place, sv_scale3(k->dt, x->velocity));
+    x->spin = sv_scale3(k->spin_keep, sv_add3(x->spin, sv_scale3(k->dt_over_inertia, moment)));
+    x->turn = sv_turn(x->turn, x->spin, k->half_dt);
+    x->axes = sv_matrix(x->turn);
+    const sv_pump *p = &b->pumps[b->pump_count > 1 ? v : 0];
+    x->edge = sv_pumped_edge(x->edge, x->strain, p->sine, b->batch);
+}
