@@ -229,7 +229,7 @@ def test_a_policy_that_is_none_is_refused(options, error, message):
 
 
 def test_a_budget_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="evaluations must be at least 1 and at most .*, got 0"):
+    with pytest.raises(ValueError, match=r"evaluations must be at least 1 and at most .*, got 0"):
         within(make("ga", np.random.default_rng(0)), NAIVE, evaluations=0)
 
 
