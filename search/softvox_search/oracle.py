@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE, stack_of
+from softvox_gym.noise import not_negative
 from softvox_gym.simulation import MOST, check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
-from softvox_search.options import check_real
 from softvox_search.protocol import Designs, Info, SearcherError, keys_of
 
 #: Makes a vector environment of so many; whatever is wrapped around it reaches every searcher.
@@ -69,12 +69,9 @@ class Budget:
         for name, most in (("unique", MOST), ("evaluations", MOST), ("steps", 10**15)):
             if getattr(self, name) is not None:
                 check_count(f"budget {name}", getattr(self, name), least=1, most=most)
-        if self.cpu_seconds is not None:
-            check_real("budget cpu_seconds", self.cpu_seconds)
-            if not 0 < self.cpu_seconds < np.inf:
-                raise ValueError(
-                    f"budget cpu_seconds must be above 0 and finite, got {self.cpu_seconds!r}"
-                )
+        seconds = self.cpu_seconds
+        if seconds is not None and not_negative("budget cpu_seconds", seconds) == 0:
+            raise ValueError("budget cpu_seconds must be above 0, got 0")
         if self.evaluations is None and self.unique is not None:
             object.__setattr__(self, "evaluations", PATIENCE * self.unique)
         if self.evaluations is None and self.cpu_seconds is None:

@@ -177,8 +177,8 @@ def test_without_a_budget_of_evaluations_a_search_that_finds_nothing_new_ends_al
         ({"unique": 1, "steps": 0}, ValueError, r"steps must be at least 1 .*, got 0"),
         ({"unique": 1.5}, TypeError, "unique must be a whole number, got 1.5"),
         ({"evaluations": True}, TypeError, "evaluations must be a whole number, got True"),
-        ({"cpu_seconds": 0.0}, ValueError, "cpu_seconds must be above 0 and finite, got 0.0"),
-        ({"cpu_seconds": np.inf}, ValueError, "cpu_seconds must be above 0 and finite, got inf"),
+        ({"cpu_seconds": 0.0}, ValueError, "cpu_seconds must be above 0, got 0"),
+        ({"cpu_seconds": np.inf}, ValueError, "cpu_seconds must be finite and at least 0, got inf"),
         ({"cpu_seconds": "1"}, TypeError, "cpu_seconds must be a number, got '1'"),
     ],
 )
