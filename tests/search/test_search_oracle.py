@@ -263,6 +263,11 @@ def test_noisy_values_do_not_depend_on_how_the_designs_are_batched():
     assert len({digest(log) for log in logs}) == 1
 
 
+def test_a_single_draw_has_no_standard_error():
+    answer = Oracle(measured, Budget(evaluations=9), rng=generator()).evaluate([BEST, 5])
+    assert np.isnan(answer.info["standard_error"]).all()
+
+
 def test_resampled_values_come_with_their_standard_error():
     oracle = Oracle(lambda n: Resample(measured(n), n=4), Budget(evaluations=99), rng=generator())
     answer = oracle.evaluate([BEST, 5])
