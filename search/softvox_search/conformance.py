@@ -207,7 +207,7 @@ def _is_deterministic(subject: _Subject) -> None:
         made_twice = (
             "made twice with the same generator, {}; all its random numbers must come from it"
         )
-        subject.require_same(*courses, made_twice)
+        subject.require_same(courses[0], courses[1], made_twice)
     advised = subject.course(noisy, advised=True)
     subject.require_same(courses[0], advised, "was asked for its recommendation, and then {}")
 

@@ -83,8 +83,8 @@ class Searcher(Protocol):
 def keys_of(designs: Designs) -> list[bytes]:
     """Return a key for every design by which it can be looked up: its digits, as bytes."""
     rows = np.ascontiguousarray(designs, dtype=np.uint8)
-    keys: list[bytes] = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
-    return keys
+    keys: Any = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
+    return list(keys)
 
 
 def rows_of(keys: list[bytes], space: Lattice) -> Designs:
