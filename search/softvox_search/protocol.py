@@ -121,10 +121,6 @@ class SearcherBase:
         self.rng = rng
         self.values: dict[bytes, float] = {}
 
-    def ask(self, n: int | None = None) -> Any:
-        """Propose designs to evaluate; see `Searcher`."""
-        raise NotImplementedError(f"{type(self).__name__} must have an ask(n)")
-
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Remember the values."""
         self.values.update(zip(keys_of(designs), values.tolist(), strict=True))
