@@ -18,9 +18,9 @@ import gymnasium as gym
 import numpy as np
 
 import softvox_gym
+from softvox_gym import Lattice
 from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.oracle import Budget, Oracle
-from softvox_search.protocol import digits_of
 from softvox_search.registry import SEARCHERS, make
 
 TABLE, ENGINE = softvox_gym.TABLE_ENV_ID, softvox_gym.ENV_ID
@@ -50,9 +50,15 @@ def per_second(work: Callable[[], object], evaluations: int) -> float:
 def environment(make_env: MakeEnv, batch: int, evaluations: int) -> float:
     """Return the evaluations per second of a vector environment itself."""
     env = make_env(batch)
-    actions = digits_of(
-        np.random.default_rng(0).integers(0, 3**8, (evaluations // batch + 1, batch)).reshape(-1)
-    ).reshape(-1, batch, 8)
+    actions = (
+        Lattice()
+        .digits(
+            np.random.default_rng(0)
+            .integers(0, 3**8, (evaluations // batch + 1, batch))
+            .reshape(-1)
+        )
+        .reshape(-1, batch, 8)
+    )
     env.reset(seed=0)
     env.step(actions[0])
 
@@ -68,7 +74,7 @@ def oracle(make_env: MakeEnv, batch: int, evaluations: int) -> float:
     """Return the evaluations per second of the oracle, none of them from its cache."""
     rng = np.random.default_rng(0)
     asked = Oracle(make_env, Budget(evaluations=evaluations), rng=rng)
-    designs = digits_of(np.random.default_rng(0).permutation(3**8)[:evaluations])
+    designs = Lattice().digits(np.random.default_rng(0).permutation(3**8)[:evaluations])
     asked.evaluate(designs[:0])
 
     def work() -> None:

@@ -10,7 +10,7 @@ import pytest
 from cli_process import COMMAND, snapshot, softvox
 
 import softvox_gym
-from softvox_gym import Physics, simulate
+from softvox_gym import Physics, landscape, simulate
 from softvox_gym.manifest import digest
 
 #: Short, so that all designs take a second: one cycle.
@@ -53,7 +53,7 @@ def test_every_parameter_of_the_physics_is_an_option_in_the_help(command):
 
 
 def test_help_fits_80_columns():
-    for command in ([], ["landscape"], ["simulate"], ["verify"]):
+    for command in ([], ["landscape"], ["robustness"], ["simulate"], ["verify"]):
         lines = softvox(*command, "--help", COLUMNS="80").stdout.splitlines()
         assert [line for line in lines if len(line) > 80] == []
 
@@ -63,13 +63,14 @@ def test_the_landscape_table_reads_back_to_the_bits_that_were_simulated(short_la
     with (folder / "landscape.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     result = simulate(np.arange(6561), Physics.of({"duration": 0.5}))
-    assert list(rows[0]) == ["design", "digits", "dx", "dy", "dz", "fitness", "status"]
+    assert list(rows[0]) == list(landscape().dtype.names)
     assert [int(row["design"]) for row in rows] == list(range(6561))
     assert [row["digits"] for row in rows] == [result.design(i).digits for i in range(6561)]
     read = np.array([[float(row[name]) for name in ("dx", "dy", "dz")] for row in rows])
     assert read.tobytes() == result.displacement.tobytes()
     assert [float(row["fitness"]) for row in rows] == result.fitness.tolist()
-    assert {row["status"] for row in rows} == {"ok"}
+    assert {row["diverged"] for row in rows} == {"False"}
+    assert [int(row["steps"]) for row in rows] == result.steps.tolist()
     assert [float(rows[0][name]) for name in ("dx", "dy", "dz", "fitness")] == [0, 0, 0, 0]
 
 
@@ -123,14 +124,14 @@ def test_a_diverged_design_is_nan_in_the_table_and_null_in_json(tmp_path):
     assert softvox("landscape", *unstable, "--out", "out", cwd=tmp_path).returncode == 0
     with (tmp_path / "out" / "landscape.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    diverged = [row for row in rows if row["status"] == "diverged"]
+    diverged = [row for row in rows if row["diverged"] == "True"]
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert 0 < len(diverged) == manifest["n_diverged"]
     assert {row["fitness"] for row in diverged} == {"nan"}
     design = diverged[0]["design"]
     done = softvox("simulate", design, *unstable, "--json")
     data = json.loads(done.stdout)
-    assert (data["status"], data["fitness"]) == ("diverged", None)
+    assert (data["diverged"], data["fitness"]) == (True, None)
 
 
 def test_a_design_is_the_same_by_number_and_by_digits():
@@ -174,6 +175,14 @@ def test_another_lattice_is_given_by_its_shape():
     done = softvox("simulate", digits, "--shape", "2", "3", "4", "--json", *SHORT)
     data = json.loads(done.stdout)
     assert (data["digits"], data["shape"], data["n_voxels"]) == (digits, [2, 3, 4], 18)
+
+
+def test_a_lattice_of_more_designs_than_int64_counts_goes_by_digits():
+    digits = "2" * 64
+    done = softvox("simulate", digits, "--shape", "4", "4", "4", "--json", "--duration", "0.26")
+    data = json.loads(done.stdout)
+    assert (data["design"], data["digits"], data["n_voxels"]) == (None, digits, 64)
+    assert data["diverged"] is False
 
 
 def test_frames_are_saved_with_what_made_them(tmp_path):

@@ -1,6 +1,7 @@
 import json
 import shutil
 import subprocess
+import time
 
 import numpy as np
 import pytest
@@ -52,3 +53,26 @@ def test_the_digest_depends_on_bits_and_not_on_layout_or_byte_order():
     assert manifest.digest(values.astype(">f8")) == digest
     assert manifest.digest(values + 1e-15) != digest
     assert manifest.digest(-0.0 * values) != manifest.digest(0.0 * values)
+
+
+def test_the_probe_of_the_engine_is_the_same_every_time_and_sees_other_bits(monkeypatch):
+    probe = manifest.engine_probe.__wrapped__
+    assert probe() == manifest.engine_probe()
+    assert len(probe()) == 64
+    original = manifest.evaluate
+
+    def nudged(*arguments, **options):
+        found = original(*arguments, **options)
+        if options["perturbations"]:
+            found.displacement.view(np.uint64)[3, 0, 1] ^= 1
+        return found
+
+    monkeypatch.setattr(manifest, "evaluate", nudged)
+    assert probe() != manifest.engine_probe()
+
+
+def test_the_probe_takes_a_fraction_of_a_second():
+    before = time.process_time()
+    manifest.engine_probe.__wrapped__()
+    # Measured 0.14; other work on the machine does not count.
+    assert time.process_time() - before < 1

@@ -9,13 +9,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-import softvox_gym
+from softvox_gym import landscape
 from softvox_gym.files import write_file
-from softvox_gym.landscapes.noisy import LEVELS, STATISTICS, measure, name_of
+from softvox_gym.landscapes.noisy import DRAWS, LEVELS, REDRAWN, STATISTICS, name_of, sample
+from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS
 from softvox_gym.progress import Progress
 
-FOLDER = Path(softvox_gym.__file__).parent / "data" / "computed"
+#: The fittest designs without noise that are drawn anew.
+N_NOMINAL = 200
 
 
 def main() -> None:
@@ -24,12 +27,40 @@ def main() -> None:
     for level in LEVELS[1:]:
         wall, cpu = time.perf_counter(), time.process_time()
         with Progress(sys.stderr) as progress:
-            levels[name_of(level)] = measure(level, progress=progress)
+            levels[name_of(level)] = measure(level, progress)
         seconds, cpu_seconds = time.perf_counter() - wall, time.process_time() - cpu
         print(f"level {level:g}: {seconds:.0f} s, {cpu_seconds:.0f} CPU-seconds")
     archive = io.BytesIO()
     np.savez_compressed(archive, **levels)
-    write_file(FOLDER / STATISTICS, archive.getvalue(), force=True)
+    write_file(Path(str(COMPUTED)) / STATISTICS, archive.getvalue(), force=True)
+
+
+def measure(level: float, progress: Progress) -> NDArray[np.void]:
+    """Make the table of one level; see `softvox_gym.noisy_landscape`.
+
+    Design i is drawn with the seed i, anew with 6561 + i, and once more with 2 * 6561 + i, at every
+    level.
+    """
+    everything = np.arange(N_DESIGNS)
+    rows = sample(everything, level, draws=DRAWS, seeds=everything, progress=progress)
+    fittest = np.argsort(-landscape()["fitness"], kind="stable")[:N_NOMINAL]
+    stage: tuple[int, int, NDArray[np.int64]] | None = (1, min(REDRAWN), fittest)
+    while stage is not None:
+        number, draws, more = stage
+        seeds = number * N_DESIGNS + more
+        rows[more] = sample(more, level, draws=draws, seeds=seeds, progress=progress)
+        stage = next_stage(rows)
+    return rows
+
+
+def next_stage(rows: NDArray[np.void]) -> tuple[int, int, NDArray[np.int64]] | None:
+    """Return which designs are among the best with too few draws, and how many they need."""
+    order = np.argsort(-rows["mean"], kind="stable")
+    for number, (draws, count) in enumerate(REDRAWN.items(), start=1):
+        more = order[:count][rows["draws"][order[:count]] < draws]
+        if len(more):
+            return number, draws, more
+    return None
 
 
 if __name__ == "__main__":

@@ -4,60 +4,69 @@ from __future__ import annotations
 
 import pickle
 import random
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
-from itertools import cycle
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from itertools import cycle, zip_longest
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
-from softvox_gym import TABLE_ENV_ID, Design
-from softvox_gym.design import N_DESIGNS, indices_of
+from softvox_gym import TABLE_ENV_ID, Lattice
+from softvox_gym.simulation import check_count
 from softvox_gym.wrappers.vector import FitnessNoise
-from softvox_search.oracle import Answer, Budget, MakeEnv, Oracle, SearcherError, checked
-from softvox_search.protocol import Designs, Searcher, State
+from softvox_search.function import FunctionSearcher, is_function
+from softvox_search.global_random import global_states, set_global_states
+from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
+from softvox_search.protocol import Designs, Searcher
 from softvox_search.registry import METHODS
 from softvox_search.registry import make as make_by_name
-from softvox_search.replay import global_states, set_global_states
-from softvox_search.run import recommended, run
+from softvox_search.run import name_of, naming, recommended, run
 
-MakeSearcher = Callable[[np.random.Generator], Searcher]
+MakeSearcher = Callable[[Lattice, np.random.Generator], Searcher]
 
 #: How many designs are asked for, in turn: the searcher's own batch, and parts of one.
 SIZES = (None, 3, None, 1)
 
 
-def check(make: MakeSearcher | str, *, evaluations: int = 200, seed: int = 0) -> None:
+def table(n: int) -> VectorEnv[Any, Any, Any]:
+    """Return the environment that answers from the table, for n designs."""
+    return gym.make_vec(TABLE_ENV_ID, num_envs=n)
+
+
+def check(
+    make: Callable[..., Any] | str,
+    *,
+    evaluations: int = 200,
+    seed: int = 0,
+    make_env: MakeEnv = table,
+) -> None:
     """Make sure that a searcher does what the suite relies on.
 
-    It is run on the table of the landscape a dozen times: alone and beside another, with and
-    without noise, with designs that diverge, to the end of every kind of budget, and resumed at
-    several points. These must hold:
+    It is run a dozen times: alone and beside another, with and without noise, with designs that
+    diverge, and to the end of every kind of budget. These must hold:
 
-    - It has the five methods of `Searcher`, asks for legal designs, at most as many as wanted, and
-      recommends a legal one.
+    - It has the three methods of `Searcher`, asks for legal designs, at most as many as wanted, and
+      recommends a legal one. A function evaluates and recommends legal ones.
     - All its random numbers come from the generator that it was made with: alike made, it asks
       alike, whatever the global random states are and whatever other searchers do meanwhile; and
-      it leaves those states alone.
-    - `state_dict` can be pickled; a searcher made alike that loads it goes on with the same bits;
-      going on changes neither the state taken nor the state loaded. Taking it, and `recommend`,
-      don't change the course of the search.
+      it leaves those states alone. `recommend` doesn't change the course of the search.
     - It leaves the arrays that it is told alone, and stands a last batch cut short by the budget.
 
     Parameters
     ----------
-    make : callable (numpy.random.Generator) -> Searcher, or str
-        Makes the searcher anew with every call: its class will do, or its name as
-        `softvox_search.make` takes it.
+    make : callable or str
+        The searcher's class, another callable (space, rng) -> Searcher, a function
+        ``f(evaluate, space, rng)``, or a name as `softvox_search.make` takes it.
     evaluations : int
         The length of a run, at least 2; choose a small one where the searcher is slow.
     seed : int
         Of all random numbers.
+    make_env : callable (num_envs) -> VectorEnv
+        What it is run on: without noise, and of any lattice.
 
     Raises
     ------
@@ -65,44 +74,37 @@ def check(make: MakeSearcher | str, *, evaluations: int = 200, seed: int = 0) ->
         At the first rule that is broken, saying which. What the searcher itself raises passes, with
         a note.
     TypeError, ValueError
-        Where make is neither callable nor such a name, or evaluations are too few.
+        Where make is none of these, or evaluations are too few.
 
     Examples
     --------
     >>> from softvox_search.searchers.hill_climber import HillClimber
     >>> check(HillClimber)
     """
-    if evaluations < 2:
-        raise ValueError(f"evaluations must be at least 2, got {evaluations}")
-    if isinstance(make, str):
-        make = partial(make_by_name, make)
-    elif not callable(make):
+    check_count("evaluations", evaluations, least=2)
+    if not callable(make) and not isinstance(make, str):
         raise TypeError(
-            "make must be the searcher's class, its name, or another callable (rng) -> Searcher, "
-            f"got {make!r}"
+            "make must be the searcher's class, its name, a function f(evaluate, space, rng), or "
+            f"another callable (space, rng) -> Searcher, got {make!r}"
         )
-    subject = _Subject(make, evaluations, seed)
-    with _global_states_put_back():
-        for rule in _RULES:
+    subject = _Subject(_maker(make), make_env, evaluations, seed)
+    states = global_states()
+    try:
+        for rule in (_has_the_methods, _is_deterministic, _is_undisturbed, _keeps_budgets):
             try:
                 rule(subject)
             except Exception as error:
                 error.add_note(f"The rule under test: {(rule.__doc__ or '').splitlines()[0]}")
                 raise
+    finally:
+        set_global_states(states)
 
 
-class _Step(NamedTuple):
-    size: int | None
-    asked: Designs
-    answer: Answer
-
-
-class _Course(NamedTuple):
-    """A run: its steps, the recommendation after each, and the states before some."""
-
-    steps: list[_Step]
-    recommendations: list[Design]
-    states: dict[int, tuple[State, bytes]]
+def _maker(make: Callable[..., Any] | str) -> MakeSearcher:
+    """Return what makes the searcher anew with every call."""
+    if isinstance(make, str):
+        return lambda space, rng: make_by_name(make, rng, space=space)
+    return partial(FunctionSearcher, make) if is_function(make) else make
 
 
 @dataclass(frozen=True)
@@ -110,266 +112,172 @@ class _Subject:
     """The searcher under test."""
 
     make: MakeSearcher
+    make_env: MakeEnv
     evaluations: int
     seed: int
 
-    def searcher(self) -> Searcher:
-        return self.make(np.random.default_rng(self.seed))
+    @cached_property
+    def space(self) -> Lattice:
+        return self.oracle(self.make_env, Budget(evaluations=1)).space
 
-    def oracle(self, make_env: MakeEnv, budget: Budget | None = None) -> Oracle:
-        rng = np.random.default_rng([self.seed, 1])
-        return Oracle(make_env, budget or Budget(evaluations=self.evaluations), rng=rng)
+    @cached_property
+    def name(self) -> str:
+        return name_of(self.searcher())
+
+    def searcher(self) -> Searcher:
+        return self.make(self.space, np.random.default_rng(self.seed))
+
+    def oracle(self, make_env: MakeEnv, budget: Budget) -> Oracle:
+        return Oracle(make_env, budget, rng=np.random.default_rng([self.seed, 1]))
 
     def require(self, condition: object, message: str) -> None:
         if not condition:
-            raise AssertionError(f"searcher {type(self.searcher()).__name__} {message}")
+            raise AssertionError(f"searcher {self.name} {message}")
 
-    def ask(self, searcher: Searcher, size: int | None) -> Designs:
-        """Ask, and hold what comes against the protocol."""
-        try:
-            asked = checked(searcher.ask(size))
-        except SearcherError as error:
-            raise SearcherError(f"searcher {type(searcher).__name__} {error}") from error
-        if size is not None:
-            self.require(
-                len(asked) <= size, f"returned {len(asked)} designs when asked for at most {size}"
-            )
-        return asked
+    def course(self, make_env: MakeEnv, *, advised: bool = False) -> Iterator[NDArray[Any]]:
+        """Yield what it asks for, batch by batch, and last what it recommends.
 
-    def tell(self, searcher: Searcher, answer: Answer) -> None:
-        """Tell, and see that the arrays stay as they are."""
-        before = pickle.dumps(answer)
-        searcher.tell(*answer)
-        self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
-
-    def recommendation(self, searcher: Searcher) -> Design:
-        try:
-            return recommended(searcher.recommend())
-        except SearcherError as error:
-            raise SearcherError(f"searcher {type(searcher).__name__} {error}") from error
-
-    def course(self, make_env: MakeEnv, *, states_at: Sequence[int] = ()) -> _Course:
-        """Run to the end; with states_at given, take states there and recommendations throughout.
-
-        Otherwise it is asked for no recommendation but at the end.
+        Where advised, it is asked for a recommendation after every batch, too. Of a function, all
+        that it evaluates is one batch.
         """
-        searcher, oracle = self.searcher(), self.oracle(make_env)
-        steps: list[_Step] = []
-        recommendations = []
-        states = {}
-        sizes = cycle(SIZES)
-        while not oracle.is_exhausted:
-            if len(steps) in states_at:
-                state = searcher.state_dict()
-                states[len(steps)] = (state, self.pickled(state))
-            size = next(sizes)
-            asked = self.ask(searcher, size)
-            answer = oracle.evaluate(asked)
-            steps.append(_Step(size, asked, answer))
+        oracle = self.oracle(make_env, Budget(evaluations=self.evaluations))
+        searcher = self.searcher()
+        if isinstance(searcher, FunctionSearcher):
+            design = run(searcher, oracle)
+            yield oracle.log.columns()["design"]
+        else:
+            with naming(self.name):
+                yield from self._batches(searcher, oracle, advised)
+                design = recommended(searcher.recommend(), self.space)
+        yield self.space.to_rows(design.array)
+
+    def _batches(self, searcher: Searcher, oracle: Oracle, advised: bool) -> Iterator[Designs]:
+        for size in cycle(SIZES):
+            if oracle.is_exhausted:
+                break
+            asked = checked(searcher.ask(size), self.space)
+            self.require(
+                size is None or len(asked) <= size,
+                f"returned {len(asked)} designs when asked for at most {size}",
+            )
+            yield asked
             if len(asked) == 0:
                 break
-            self.tell(searcher, answer)
-            if states_at:
-                recommendations.append(self.recommendation(searcher))
+            answer = oracle.evaluate(asked)
+            before = pickle.dumps(answer)
+            searcher.tell(*answer)
+            self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
+            if advised:
+                searcher.recommend()
         self.require(oracle.evaluations > 0, "asked for nothing at all")
-        return _Course(steps, recommendations or [self.recommendation(searcher)], states)
 
-    def pickled(self, state: State) -> bytes:
-        try:
-            return pickle.dumps(state)
-        except Exception as error:
-            raise AssertionError(
-                f"searcher {type(self.searcher()).__name__} has a state_dict that can't be "
-                f"pickled: {error}"
-            ) from error
+    def require_same(
+        self, course: Iterable[NDArray[Any]], other: Iterable[NDArray[Any]], message: str
+    ) -> None:
+        """Compare two courses; the message's {} is filled with the first difference."""
+        for step, (one, two) in enumerate(zip_longest(course, other, fillvalue=np.zeros(0))):
+            self.require(
+                np.array_equal(one, two),
+                message.format(f"asks {_text(two)} at step {step}, not {_text(one)}"),
+            )
 
 
 def _has_the_methods(subject: _Subject) -> None:
-    """Look for the five methods."""
+    """Look for the three methods."""
     searcher = subject.searcher()
     for method in METHODS:
         subject.require(callable(getattr(searcher, method, None)), f"has no method {method}")
 
 
 def _is_deterministic(subject: _Subject) -> None:
-    """Compare two runs made alike, with other global states; those must stay."""
-    courses = []
-    for seed in (1, 2):
-        random.seed(seed)
-        np.random.seed(seed)  # noqa: NPY002, it is meant
-        before = pickle.dumps(global_states())
-        courses.append(subject.course(_table))
-        subject.require(
-            pickle.dumps(global_states()) == before,
-            "drew from a global random generator (random or numpy.random), or seeded it; draw from "
-            "the generator that it is made with",
-        )
-    _require_same(
-        subject,
-        courses[0],
-        courses[1],
-        "made twice with the same generator, {}; all its random numbers must come from it",
-    )
-
-
-def _is_undisturbed_by_others(subject: _Subject) -> None:
-    """Two searchers asked in turn do what each does alone."""
-    alone = subject.course(_table)
-    pair = (subject.searcher(), subject.searcher())
-    for step in alone.steps:
-        for searcher in pair:
+    """Compare runs made alike, with other global states, asked for advice or not."""
+    noisy = partial(_noisy, subject.make_env)
+    for make_env in (subject.make_env, noisy):
+        courses = []
+        for seed in (1, 2):
+            random.seed(seed)
+            np.random.seed(seed)  # noqa: NPY002, it is meant
+            before = pickle.dumps(global_states())
+            courses.append(list(subject.course(make_env)))
             subject.require(
-                np.array_equal(subject.ask(searcher, step.size), step.asked),
-                "is disturbed by another one that runs beside it; it must share nothing",
+                pickle.dumps(global_states()) == before,
+                "drew from a global random generator (random or numpy.random), or seeded it; draw "
+                "from the generator that it is made with",
             )
-        for searcher in pair:
-            if len(step.answer.designs):
-                subject.tell(searcher, step.answer)
-
-
-def _resumes(subject: _Subject) -> None:
-    """Go on from states at several points, whatever became meanwhile of who gave them."""
-    for make_env in (_table, _noisy):
-        plain = subject.course(make_env)
-        last = len(plain.steps) - 1
-        points = sorted({0, min(1, last), last // 2, last})
-        course = subject.course(make_env, states_at=points)
-        _require_same(
-            subject, plain, course, "was asked for its state and its recommendation, and then {}"
+        made_twice = (
+            "made twice with the same generator, {}; all its random numbers must come from it"
         )
-        for point, (state, pickled) in course.states.items():
-            where = f"at step {point} of {last + 1}"
-            _resume(subject, course, point, pickle.loads(pickled), f"resumed {where}")
-            _resume(subject, course, point, state, f"went on {where}, and its state went along")
-            _resume(
-                subject, course, point, state, f"loaded a state {where}, went on and changed it"
-            )
+        subject.require_same(*courses, made_twice)
+    advised = subject.course(noisy, advised=True)
+    subject.require_same(courses[0], advised, "was asked for its recommendation, and then {}")
 
 
-def _resume(
-    subject: _Subject, course: _Course, point: int, state: State, what_happened: str
-) -> None:
-    """Go on from a state and hold it against the course."""
-    searcher = subject.searcher()
-    searcher.load_state_dict(state)
-    for number, step in enumerate(course.steps[point:], start=point):
-        asked = subject.ask(searcher, step.size)
-        subject.require(
-            np.array_equal(asked, step.asked),
-            f"{what_happened}: at step {number} it asks {_text(asked)}, uninterrupted "
-            f"{_text(step.asked)}",
-        )
-        if len(asked) == 0:
-            return
-        subject.tell(searcher, step.answer)
-        subject.require(
-            subject.recommendation(searcher) == course.recommendations[number],
-            f"{what_happened}: after step {number} it recommends another design than uninterrupted",
-        )
+def _is_undisturbed(subject: _Subject) -> None:
+    """Two searchers asked in turn do what each does alone; functions can't take turns."""
+    alone = list(subject.course(subject.make_env))
+    in_turn = zip(subject.course(subject.make_env), subject.course(subject.make_env), strict=True)
+    message = "is disturbed by another one that runs beside it, and {}; it must share nothing"
+    for step, pair in enumerate(in_turn):
+        subject.require_same([*alone[step : step + 1] * 2], pair, message)
 
 
 def _keeps_budgets(subject: _Subject) -> None:
     """Run into every kind of budget; what it cost must be what the log says."""
-    n = subject.evaluations
-    for make_env in (_table, _noisy, _stumbling):
+    n, plain = subject.evaluations, subject.make_env
+    typical = subject.oracle(plain, Budget(evaluations=1))
+    typical.evaluate(np.full((1, subject.space.sites), 2))
+    for make_env in (plain, partial(_noisy, plain), partial(_stumbling, plain)):
         for budget in (
             Budget(unique=n // 2),
             Budget(evaluations=n),
             Budget(unique=n, evaluations=n // 2 + 1),
-            Budget(evaluations=n, steps=n // 2 * _STEPS),
+            Budget(evaluations=n, steps=n // 2 * typical.steps),
+            Budget(evaluations=n, cpu_seconds=1e-3),
         ):
-            oracle = subject.oracle(make_env, budget)
-            searcher = subject.searcher()
-            run(searcher, oracle)
-            _require_counted(subject, oracle)
+            oracle, searcher = subject.oracle(make_env, budget), subject.searcher()
+            run(searcher, oracle, name=subject.name)
+            may_end = isinstance(searcher, FunctionSearcher)
+            subject.require(
+                may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
+                f"ended after {oracle.evaluations} evaluations with {budget} not used up",
+            )
+            for limit in ("unique", "evaluations"):
+                most, used = getattr(budget, limit), getattr(oracle, limit)
+                subject.require(
+                    most is None or used <= most, f"used {used} of {most} {limit} with {budget}"
+                )
+            cached = oracle.log.columns()["cached"]
+            subject.require(
+                oracle.evaluations == len(cached) and oracle.unique == np.count_nonzero(~cached),
+                f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the "
+                "log says otherwise",
+            )
 
 
-def _require_counted(subject: _Subject, oracle: Oracle) -> None:
-    """Hold the counters against the budget and the log."""
-    budget, columns = oracle.budget, oracle.log.columns()
-    for name in ("unique", "evaluations"):
-        limit, used = getattr(budget, name), getattr(oracle, name)
-        subject.require(
-            limit is None or used <= limit, f"used {used} of {limit} {name} with {budget}"
-        )
-    subject.require(
-        oracle.is_exhausted or oracle.unique >= N_DESIGNS,
-        f"ended after {oracle.evaluations} evaluations with {budget} not used up",
-    )
-    subject.require(
-        oracle.evaluations == len(columns["sequence"]) > 0
-        and oracle.unique == np.count_nonzero(columns["cached"] == 0),
-        f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the log says "
-        "otherwise",
-    )
+def _text(asked: NDArray[Any]) -> str:
+    shown = ["".join(map(str, np.atleast_1d(row).tolist())) for row in asked[:4]]
+    return f"[{', '.join(shown)}{', ...' if len(asked) > 4 else ''}]"
 
 
-def _require_same(subject: _Subject, first: _Course, second: _Course, message: str) -> None:
-    """Compare two courses; the message's {} is filled with the difference."""
-    for number, (one, other) in enumerate(zip(first.steps, second.steps, strict=False)):
-        subject.require(
-            np.array_equal(one.asked, other.asked),
-            message.format(f"asks {_text(other.asked)} at step {number}, not {_text(one.asked)}"),
-        )
-    subject.require(
-        len(first.steps) == len(second.steps),
-        message.format(f"takes {len(second.steps)} steps, not {len(first.steps)}"),
-    )
-    subject.require(
-        first.recommendations[-1] == second.recommendations[-1],
-        message.format("recommends another design"),
-    )
+def _noisy(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
+    return FitnessNoise(make_env(n), sigma=0.3)
 
 
-def _text(asked: Designs) -> str:
-    numbers = indices_of(asked).tolist()
-    return f"{numbers[:4]}"[:-1] + (", ...]" if len(numbers) > 4 else "]")
+def _stumbling(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
+    return _Stumbling(make_env(n))
 
 
-_RULES = (
-    _has_the_methods,
-    _is_deterministic,
-    _is_undisturbed_by_others,
-    _resumes,
-    _keeps_budgets,
-)
-
-#: Simulated steps of a typical design.
-_STEPS = 8831
-
-
-def _table(n: int) -> VectorEnv[Any, Any, Any]:
-    return gym.make_vec(TABLE_ENV_ID, num_envs=n)
-
-
-def _noisy(n: int) -> VectorEnv[Any, Any, Any]:
-    return FitnessNoise(_table(n), sigma=0.3)
-
-
-def _stumbling(n: int) -> VectorEnv[Any, Any, Any]:
-    return _Stumbling(_table(n))
-
-
-class _Stumbling(VectorWrapper[Any, Any, Any]):
+class _Stumbling(VectorWrapper):
     """Every fifth design diverges."""
 
     is_noisy = False
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], Any]:
         observations, rewards, terminated, truncated, infos = self.env.step(actions)
-        diverges = infos["design"] % 5 == 0
+        diverges = (actions * np.arange(1, 1 + actions.shape[1])).sum(axis=1) % 5 == 0
         infos = {
             **infos,
-            "status": np.where(diverges, "diverged", infos["status"]),
+            "diverged": infos["diverged"] | diverges,
             "displacement": np.where(diverges[:, np.newaxis], np.nan, infos["displacement"]),
         }
         return observations, np.where(diverges, 0, rewards), terminated, truncated, infos
-
-
-@contextmanager
-def _global_states_put_back() -> Iterator[None]:
-    states = global_states()
-    try:
-        yield
-    finally:
-        set_global_states(states)

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym import Design, Lattice
+from softvox_search.protocol import Designs
+
+Columns = dict[str, NDArray[Any]]
+
 #: Type of every column; of a little-endian machine, so that digests agree on all.
-COLUMNS = {
+COLUMNS: Mapping[str, str] = {
     "sequence": "<i4",
     "unique_sequence": "<i4",
-    "design": "<i2",
+    "design": "<i8",
     "dx": "<f8",
     "dy": "<f8",
     "fitness": "<f8",
-    "status": "<U8",
+    "diverged": "|b1",
     "noise_seed": "<i8",
     "cached": "|b1",
 }
@@ -25,7 +31,6 @@ COLUMNS = {
 NO_SEED = -1
 
 
-@dataclass
 class Log:
     """Rows of evaluations, appended batch by batch.
 
@@ -34,35 +39,59 @@ class Log:
     =============== ==================================================================
     sequence        number of the evaluation in its run, from 1
     unique_sequence how many evaluations until then were not answered from the cache
-    design          its number, 0 ... 6560
+    design          its number; its digits, a str, on lattices of 40 sites or more
     dx, dy          displacement in voxel widths; NaN where it diverged
     fitness         the value that the searcher was told, voxel widths
-    status          "ok" or "diverged"
+    diverged        whether it diverged
     noise_seed      what the environment was seeded with for this evaluation, or -1
     cached          whether it was answered from the cache
     =============== ==================================================================
+
+    Parameters
+    ----------
+    space : Lattice
+        Of the designs.
     """
 
-    _batches: list[dict[str, NDArray[np.generic]]] = field(default_factory=list)
+    def __init__(self, space: Lattice) -> None:
+        self._space = space
+        self._types = {
+            **COLUMNS,
+            "design": COLUMNS["design"] if space.has_int64_numbers else f"<U{space.sites}",
+        }
+        self._batches: list[Columns] = []
 
-    def append(self, **columns: NDArray[np.generic]) -> None:
-        """Append a batch; all columns must be given, with equal lengths."""
-        assert set(columns) == set(COLUMNS)
-        self._batches.append({name: columns[name].astype(COLUMNS[name]) for name in COLUMNS})
+    def append(self, designs: Designs, **columns: NDArray[Any]) -> None:
+        """Append a batch: the designs' digits, shape (n, sites), and all other columns."""
+        columns["design"] = self._identities(designs)
+        self._batches.append(
+            {name: columns[name].astype(kind) for name, kind in self._types.items()}
+        )
 
-    def columns(self) -> dict[str, NDArray[np.generic]]:
+    def columns(self) -> Columns:
         """Return all rows, column by column."""
         return {
-            name: np.concatenate(
-                [np.zeros(0, dtype=dtype), *(batch[name] for batch in self._batches)]
-            )
-            for name, dtype in COLUMNS.items()
+            name: np.concatenate([np.zeros(0, kind), *(batch[name] for batch in self._batches)])
+            for name, kind in self._types.items()
         }
 
+    def _identities(self, designs: Designs) -> NDArray[Any]:
+        if self._space.has_int64_numbers:
+            return self._space.numbers(designs)
+        text = (designs + ord("0")).astype(np.uint32)  # characters of a str as NumPy has them
+        return text.view(self._types["design"]).ravel()
 
-def digest(columns: dict[str, NDArray[np.generic]]) -> str:
+
+def identity(design: Design) -> int | str:
+    """Return a design as the log has it: its number, or its digits where numbers exceed int64."""
+    return design.index if design.lattice.has_int64_numbers else design.digits
+
+
+def digest(columns: Mapping[str, NDArray[Any]]) -> str:
     """Return the SHA-256 of all rows, column by column."""
     total = hashlib.sha256()
-    for name in COLUMNS:
-        total.update(np.ascontiguousarray(columns[name]).tobytes())
+    for name, kind in COLUMNS.items():
+        column = np.asarray(columns[name])
+        is_text = column.dtype.kind in "OU"
+        total.update(column.astype("<U" if is_text else kind).tobytes())
     return total.hexdigest()

@@ -6,54 +6,37 @@ from typing import Any
 
 import numpy as np
 
-_REAL = (int, float, np.integer, np.floating)
 
-
-def whole(name: str, value: Any, *, least: int = 1) -> int:
-    """Return an option that must be a whole number.
-
-    Parameters
-    ----------
-    name : str
-        What the option is called, for the error.
-    value
-        What was given.
-    least : int
-        The smallest that it may be.
+def check_real(name: str, value: Any) -> None:
+    """Refuse an option that is no number.
 
     Raises
     ------
     TypeError
-        Where it is no whole number.
-    ValueError
-        Where it is smaller than `least`.
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
-        raise TypeError(f"{name} must be a whole number, got {value!r}")
-    if value < least:
-        raise ValueError(f"{name} must be at least {least}, got {value}")
-    return int(value)
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    if isinstance(value, (bool, np.bool_)) or not is_number:
+        raise TypeError(f"{name} must be a number, got {value!r}")
 
 
-def share(name: str, value: Any) -> float:
-    """Return an option that must be a number from 0 to 1, such as a probability.
-
-    Parameters
-    ----------
-    name : str
-        What the option is called, for the error.
-    value
-        What was given.
+def check_share(name: str, value: Any) -> None:
+    """Refuse an option that is not a number from 0 to 1, such as a probability.
 
     Raises
     ------
-    TypeError
-        Where it is no number.
-    ValueError
-        Where it is outside 0 ... 1, or NaN.
+    TypeError, ValueError
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, _REAL):
-        raise TypeError(f"{name} must be a number from 0 to 1, got {value!r}")
+    check_real(name, value)
     if not 0 <= value <= 1:
         raise ValueError(f"{name} must be from 0 to 1, got {value!r}")
-    return float(value)
+
+
+def check_flag(name: str, value: Any) -> None:
+    """Refuse an option that is not True or False.
+
+    Raises
+    ------
+    TypeError
+    """
+    if not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, got {value!r}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,13 +11,19 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE, DEFAULT_SHAPE, N_DESIGNS, N_SITES, indices_of, stack_of
+from softvox_gym import Lattice
+from softvox_gym.design import ACTIVE, stack_of
+from softvox_gym.simulation import MOST, check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
-from softvox_search.protocol import Designs, Info
+from softvox_search.options import check_real
+from softvox_search.protocol import Designs, Info, SearcherError, keys_of
 
 #: Makes a vector environment of so many; whatever is wrapped around it reaches every searcher.
 MakeEnv = Callable[[int], "VectorEnv[Any, Any, Any]"]
+
+#: Told how far a run is: (done, total).
+Progress = Callable[[int, int], None]
 
 #: A larger batch is evaluated in pieces.
 MOST_ENVS = 1024
@@ -24,10 +31,6 @@ MOST_ENVS = 1024
 #: Evaluations per unit of the unique budget, where the budget doesn't say: an end for searchers
 #: that propose nothing new.
 PATIENCE = 20
-
-
-class SearcherError(Exception):
-    """A searcher broke the protocol; the message says how."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,34 +43,51 @@ class Budget:
         Evaluations that were not answered from the cache: without noise the number of different
         designs; with noise every evaluation is a fresh draw and counts.
     evaluations : int, optional
-        All evaluations, duplicates included; `PATIENCE` times `unique` where None. One of an
-        environment that resamples is one, however many simulations it takes; `steps` counts those.
+        All evaluations, duplicates included; `PATIENCE` times `unique` where None and unique is
+        given. One of an environment that resamples is one, however many simulations it takes;
+        `steps` counts those.
     steps : int, optional
         Simulated time steps. A batch is not broken off: the last may go beyond it.
+    cpu_seconds : float, optional
+        s of the process's processor time, the searcher's own and the simulations', from the first
+        look at the budget. A batch is not broken off, and one is always evaluated. Such a run is
+        not repeated to the same bits.
 
     Raises
     ------
     TypeError, ValueError
-        For a budget that is not a positive whole number, or neither `unique` nor `evaluations`.
+        For a budget that is not a positive number, or none that surely ends a search: `unique`,
+        `evaluations` or `cpu_seconds`.
     """
 
     unique: int | None = None
     evaluations: int | None = None
     steps: int | None = None
+    cpu_seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("unique", "evaluations", "steps"):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
-                raise TypeError(f"budget {name} must be a whole number, got {value!r}")
-            if value < 1:
-                raise ValueError(f"budget {name} must be at least 1, got {value}")
-        if self.evaluations is None:
-            if self.unique is None:
-                raise ValueError("budget must have unique, evaluations or both")
+        for name, most in (("unique", MOST), ("evaluations", MOST), ("steps", 10**15)):
+            if getattr(self, name) is not None:
+                check_count(f"budget {name}", getattr(self, name), least=1, most=most)
+        if self.cpu_seconds is not None:
+            check_real("budget cpu_seconds", self.cpu_seconds)
+            if not 0 < self.cpu_seconds < np.inf:
+                raise ValueError(
+                    f"budget cpu_seconds must be above 0 and finite, got {self.cpu_seconds!r}"
+                )
+        if self.evaluations is None and self.unique is not None:
             object.__setattr__(self, "evaluations", PATIENCE * self.unique)
+        if self.evaluations is None and self.cpu_seconds is None:
+            raise ValueError("budget must have unique, evaluations or cpu_seconds")
+
+    def most_evaluations(self, *, noisy: bool) -> int | None:
+        """Return how many evaluations it allows at most; None where only time ends it.
+
+        Under noise every evaluation is a fresh draw and counts as unique.
+        """
+        if noisy and self.unique is not None and self.evaluations is not None:
+            return min(self.unique, self.evaluations)
+        return self.evaluations
 
 
 class Answer(NamedTuple):
@@ -76,6 +96,18 @@ class Answer(NamedTuple):
     designs: Designs
     values: NDArray[np.float64]
     info: Info
+
+
+#: What the environment says of one design.
+_RECORD = np.dtype(
+    [
+        ("value", np.float64),
+        ("displacement", np.float64, 3),
+        ("standard_error", np.float64),
+        ("diverged", np.bool_),
+        ("steps", np.int64),
+    ]
+)
 
 
 class Oracle:
@@ -92,9 +124,14 @@ class Oracle:
         Whether two evaluations of one design may differ. Where None, what the wrappers say: one
         that has a true attribute `is_noisy` makes the environment noisy. A wrapper from elsewhere
         must have one, true or false.
+    progress : callable (done, total), optional
+        Called after every batch: unique designs or, where the budget has none or the environment is
+        noisy, evaluations; not called where only time ends the search.
 
     Attributes
     ----------
+    space : Lattice
+        The environment's.
     unique, evaluations, steps : int
         What was used so far.
     log : Log
@@ -113,30 +150,47 @@ class Oracle:
         *,
         rng: np.random.Generator | None = None,
         noisy: bool | None = None,
+        progress: Progress | None = None,
     ) -> None:
         self._make_env = make_env
         self._envs: dict[int, VectorEnv[Any, Any, Any]] = {}
         self.budget = budget
-        self.noisy = _noisy(self._env(1)) if noisy is None else noisy
+        first: Any = self._env(1)
+        self.space: Lattice = first.unwrapped.evaluator.lattice
+        self.noisy = _noisy(first) if noisy is None else noisy
         if self.noisy and rng is None:
             raise ValueError("rng must be given: the environment is noisy")
         self._rng = rng
-        self._cache = _Outcomes.empty(N_DESIGNS)
-        self._is_known = np.zeros(N_DESIGNS, dtype=np.bool_)
-        self.log = Log()
+        self._progress = progress
+        self._started: float | None = None
+        self._places: dict[bytes, int] = {}  # of what is known in the cache
+        self._cache = np.zeros(256, dtype=_RECORD)
+        self.log = Log(self.space)
         self.unique = 0
         self.evaluations = 0
         self.steps = 0
 
     @property
+    def cpu_seconds(self) -> float:
+        """Seconds of processor time since the first look at the budget."""
+        now = time.process_time()
+        if self._started is None:
+            self._started = now
+        return now - self._started
+
+    @property
+    def ended_by(self) -> str | None:
+        """Which part of the budget is used up, the first of several; None while none is."""
+        for name in ("unique", "evaluations", "steps", "cpu_seconds"):
+            limit = getattr(self.budget, name)
+            if limit is not None and getattr(self, name) >= limit and self.evaluations:
+                return name
+        return None
+
+    @property
     def is_exhausted(self) -> bool:
         """Whether a budget is used up."""
-        assert self.budget.evaluations is not None
-        return (
-            self.evaluations >= self.budget.evaluations
-            or (self.budget.unique is not None and self.unique >= self.budget.unique)
-            or (self.budget.steps is not None and self.steps >= self.budget.steps)
-        )
+        return self.ended_by is not None
 
     def evaluate(self, designs: Any) -> Answer:
         """Evaluate a batch of designs, or as many of its first as the budget allows.
@@ -149,40 +203,41 @@ class Oracle:
         Raises
         ------
         SearcherError
-            For what is no batch of designs of the 2x2x2 lattice.
+            For what is no batch of designs of the oracle's lattice.
         ValueError
             Where the environment rewards with NaN, which no searcher could use.
         """
-        rows = checked(designs)
-        indices = indices_of(rows)
-        fresh = self._fresh(indices)
+        rows = checked(designs, self.space)
+        keys = keys_of(rows)
+        fresh = self._fresh(keys)
         kept = self._affordable(fresh)
-        rows, indices, fresh = rows[:kept], indices[:kept], fresh[:kept]
-        seeds = self._seeds(fresh)
-        outcomes = self._outcomes(rows, indices, fresh, seeds)
+        rows, keys, fresh = rows[:kept], keys[:kept], fresh[:kept]
+        seeds = self._seeds(kept)
+        records = self._records(rows, keys, fresh, seeds)
         sequence = self.evaluations + 1 + np.arange(kept)
         unique_sequence = self.unique + np.cumsum(fresh)
         self.evaluations += kept
         self.unique += int(fresh.sum())
-        self.steps += int(outcomes.steps[fresh].sum())
+        self.steps += int(records["steps"][fresh].sum())
         self.log.append(
+            rows,
             sequence=sequence,
             unique_sequence=unique_sequence,
-            design=indices,
-            dx=outcomes.displacement[:, 0],
-            dy=outcomes.displacement[:, 1],
-            fitness=outcomes.value,
-            status=_STATUS[outcomes.is_ok.astype(np.intp)],
+            dx=records["displacement"][:, 0],
+            dy=records["displacement"][:, 1],
+            fitness=records["value"],
+            diverged=records["diverged"],
             noise_seed=seeds,
             cached=~fresh,
         )
+        self._tell_progress()
         return Answer(
             rows,
-            outcomes.value,
+            records["value"].copy(),
             {
-                "displacement": outcomes.displacement,
-                "status": _STATUS[outcomes.is_ok.astype(np.intp)],
-                "standard_error": outcomes.standard_error,
+                "displacement": records["displacement"].copy(),
+                "diverged": records["diverged"].copy(),
+                "standard_error": records["standard_error"].copy(),
             },
         )
 
@@ -192,50 +247,58 @@ class Oracle:
             env.close()
         self._envs.clear()
 
-    def _fresh(self, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _fresh(self, keys: list[bytes]) -> NDArray[np.bool_]:
         """Return which evaluations the cache can't answer: without noise, first occurrences."""
-        if self.noisy:
-            return np.ones(len(indices), dtype=np.bool_)
-        first = np.zeros(len(indices), dtype=np.bool_)
-        first[np.unique(indices, return_index=True)[1]] = True
-        return first & ~self._is_known[indices]
+        fresh = np.full(len(keys), self.noisy)
+        if not self.noisy:
+            first: dict[bytes, int] = {}
+            for i, key in enumerate(keys):
+                if key not in self._places:
+                    first.setdefault(key, i)
+            fresh[list(first.values())] = True
+        return fresh
 
     def _affordable(self, fresh: NDArray[np.bool_]) -> int:
         """Return how many of the first evaluations the budget allows."""
-        assert self.budget.evaluations is not None
         if self.is_exhausted:
             return 0
-        kept = min(len(fresh), self.budget.evaluations - self.evaluations)
+        kept = len(fresh)
+        if self.budget.evaluations is not None:
+            kept = min(kept, self.budget.evaluations - self.evaluations)
         if self.budget.unique is not None:
             left = self.budget.unique - self.unique
             kept = min(kept, int(np.searchsorted(np.cumsum(fresh), left, side="left")) + 1)
         return kept
 
-    def _seeds(self, fresh: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def _seeds(self, n: int) -> NDArray[np.int64]:
         """Return a noise seed for every evaluation."""
         if not self.noisy:
-            return np.full(len(fresh), NO_SEED)
+            return np.full(n, NO_SEED)
         assert self._rng is not None
-        return self._rng.integers(0, 2**62, size=len(fresh))
+        return self._rng.integers(0, 2**62, size=n)
 
-    def _outcomes(
-        self,
-        rows: Designs,
-        indices: NDArray[np.int64],
-        fresh: NDArray[np.bool_],
-        seeds: NDArray[np.int64],
-    ) -> _Outcomes:
-        """Return the outcomes of a batch, from the cache where it has them."""
+    def _records(
+        self, rows: Designs, keys: list[bytes], fresh: NDArray[np.bool_], seeds: NDArray[np.int64]
+    ) -> NDArray[np.void]:
+        """Return what is known of a batch, from the cache where it is there."""
         if self.noisy:
             return self._simulated(rows, seeds)
         if fresh.any():
-            self._cache[indices[fresh]] = self._simulated(rows[fresh], None)
-            self._is_known[indices[fresh]] = True
-        return self._cache[indices]
+            known = len(self._places)
+            added = self._simulated(rows[fresh], None)
+            if known + len(added) > len(self._cache):
+                larger = np.zeros(2 * (known + len(added)), dtype=_RECORD)
+                larger[:known] = self._cache[:known]
+                self._cache = larger
+            self._cache[known : known + len(added)] = added
+            for i in np.flatnonzero(fresh).tolist():
+                self._places[keys[i]] = len(self._places)
+        found: NDArray[np.void] = self._cache[[self._places[key] for key in keys]]
+        return found
 
-    def _simulated(self, rows: Designs, seeds: NDArray[np.int64] | None) -> _Outcomes:
-        """Return the outcomes of a batch from the environment."""
-        outcomes = _Outcomes.empty(len(rows))
+    def _simulated(self, rows: Designs, seeds: NDArray[np.int64] | None) -> NDArray[np.void]:
+        """Return what the environment says of a batch."""
+        records = np.zeros(len(rows), dtype=_RECORD)
         for begin in range(0, len(rows), MOST_ENVS):
             part = slice(begin, begin + MOST_ENVS)
             actions = rows[part]
@@ -244,14 +307,25 @@ class Oracle:
             _, rewards, _, _, infos = env.step(actions)
             if np.isnan(rewards).any():
                 raise ValueError(f"{env} gave a reward of NaN; a diverged design is worth 0")
-            outcomes[part] = _Outcomes.of(rewards, infos)
-        return outcomes
+            records["value"][part] = rewards
+            for name in ("displacement", "diverged", "steps"):
+                records[name][part] = infos[name]
+            records["standard_error"][part] = infos.get("standard_error", 0.0)
+        return records
 
     def _env(self, n: int) -> VectorEnv[Any, Any, Any]:
         """Return the environment for batches of n."""
         if n not in self._envs:
             self._envs[n] = self._make_env(n)
         return self._envs[n]
+
+    def _tell_progress(self) -> None:
+        if self._progress is None:
+            return
+        if self.budget.unique is not None and not self.noisy:
+            self._progress(self.unique, self.budget.unique)
+        elif (total := self.budget.most_evaluations(noisy=self.noisy)) is not None:
+            self._progress(self.evaluations, total)
 
 
 def _noisy(env: VectorEnv[Any, Any, Any]) -> bool:
@@ -264,68 +338,20 @@ def _noisy(env: VectorEnv[Any, Any, Any]) -> bool:
     return is_noisy(env)
 
 
-_STATUS = np.array(["diverged", "ok"])
-
-
-@dataclass
-class _Outcomes:
-    """What the environment says of a batch, in columns."""
-
-    value: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-    standard_error: NDArray[np.float64]
-    is_ok: NDArray[np.bool_]
-    steps: NDArray[np.int64]
-
-    @classmethod
-    def empty(cls, n: int) -> _Outcomes:
-        return cls(
-            np.zeros(n), np.zeros((n, 3)), np.zeros(n), np.zeros(n, bool), np.zeros(n, np.int64)
-        )
-
-    @classmethod
-    def of(cls, rewards: NDArray[np.float64], infos: dict[str, Any]) -> _Outcomes:
-        return cls(
-            value=rewards,
-            displacement=infos["displacement"],
-            standard_error=infos.get("standard_error", np.zeros(len(rewards))),
-            is_ok=infos["status"] == "ok",
-            steps=infos["steps"],
-        )
-
-    def __getitem__(self, which: Any) -> _Outcomes:
-        return _Outcomes(**{name: column[which] for name, column in vars(self).items()})
-
-    def __setitem__(self, which: Any, others: _Outcomes) -> None:
-        for name, column in vars(self).items():
-            column[which] = getattr(others, name)
-
-
-def checked(designs: Any) -> Designs:
-    """Return a batch of designs as rows of digits, shape (n, 8).
+def checked(designs: Any, space: Lattice) -> Designs:
+    """Return a batch of designs as rows of digits, shape (n, sites); always a copy.
 
     Raises
     ------
     SearcherError
-        For what is no batch of designs of the 2x2x2 lattice.
+        For what is no batch of designs of the lattice.
     """
+    is_rows = isinstance(designs, np.ndarray) and designs.shape[1:] == (space.sites,)
+    # The quick way, for what most searchers return.
+    if is_rows and designs.dtype.kind in "iu" and not ((designs < 0) | (designs > ACTIVE)).any():
+        return np.array(designs, dtype=np.int64)
     try:
-        stack = stack_of(designs)
+        stack = stack_of(designs, shape=space)
     except (TypeError, ValueError) as error:
         raise SearcherError(f"returned what are no designs: {error}") from error
-    if _looks_like_digits(designs):
-        raise SearcherError(
-            f"returned {designs}: as a flat row these are eight design numbers, but they look like "
-            "the digits of one design; give [[...]] for that"
-        )
-    if stack.shape[1:] != DEFAULT_SHAPE:
-        raise SearcherError(
-            f"returned designs on a lattice of {stack.shape[1:]}, not {DEFAULT_SHAPE}"
-        )
-    return stack.transpose(0, 3, 2, 1).reshape(len(stack), N_SITES).astype(np.int64)
-
-
-def _looks_like_digits(designs: Any) -> bool:
-    """Return whether a batch is a flat row of eight numbers 0, 1, 2."""
-    row = np.asarray(designs)
-    return bool(row.shape == (N_SITES,) and row.dtype.kind in "iu" and (row <= ACTIVE).all())
+    return space.to_rows(stack).astype(np.int64)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
 from dataclasses import dataclass
+from statistics import fmean
 from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Design
-from softvox_gym.design import N_DESIGNS, N_SITES, indices_of
-from softvox_search.beliefs import RunningMeans
-from softvox_search.final_stage import FinalStage
-from softvox_search.options import whole
-from softvox_search.oracle import checked
-from softvox_search.protocol import Designs, Info, Searcher, State
+from softvox_gym import Design, Lattice
+from softvox_gym.evaluation import standard_error
+from softvox_gym.simulation import check_count
+from softvox_search.function import FunctionSearcher
+from softvox_search.options import check_flag
+from softvox_search.oracle import Budget, checked
+from softvox_search.protocol import Designs, Info, Searcher, best_of, keys_of, rows_of
+
+_SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +53,15 @@ class Policy:
     resamples: int = 8
 
     def __post_init__(self) -> None:
-        for name in ("running_mean", "reevaluate_parents", "final_stage"):
-            if not isinstance(getattr(self, name), bool):
-                raise TypeError(f"{name} must be True or False, got {getattr(self, name)!r}")
-        whole("finalists", self.finalists)
-        whole("resamples", self.resamples)
+        for name in _SWITCHES:
+            check_flag(name, getattr(self, name))
+        for name in ("finalists", "resamples"):
+            check_count(name, getattr(self, name), least=1)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether anything is switched on."""
+        return any(getattr(self, name) for name in _SWITCHES)
 
     def kept_back(self, evaluations: int | None) -> int:
         """Return how many evaluations of a budget are kept for the final stage; 0 without one.
@@ -81,12 +87,35 @@ class Policy:
         return stage
 
 
+def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budget) -> Searcher:
+    """Return a searcher within a policy, for a noisy run; the searcher itself where none is on.
+
+    Raises
+    ------
+    TypeError
+        For a function, which can't be asked in turn.
+    ValueError
+        For a final stage within a budget that is too small, or that may end at any evaluation.
+    """
+    if not policy.is_on:
+        return searcher
+    if isinstance(searcher, FunctionSearcher):
+        raise TypeError("a policy against luck needs a searcher with ask, not a function")
+    ends_anywhere = budget.steps is not None or budget.cpu_seconds is not None
+    if policy.final_stage and ends_anywhere:
+        raise ValueError(
+            "final_stage needs a budget that ends at a known evaluation; drop steps and "
+            "cpu_seconds, or final_stage"
+        )
+    return PolicySearcher(searcher, policy, space, evaluations=budget.most_evaluations(noisy=True))
+
+
 @runtime_checkable
 class HasParents(Protocol):
     """A searcher that says which earlier values it still relies on, and takes newer ones."""
 
     def parents(self) -> Designs:
-        """Return the designs whose values the next selection relies on, shape (m, 8)."""
+        """Return the designs whose values the next selection relies on, shape (m, sites)."""
         ...
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
@@ -94,7 +123,7 @@ class HasParents(Protocol):
         ...
 
 
-class Guarded:
+class PolicySearcher:
     """A searcher within a policy; itself a searcher.
 
     Without any switch on it asks and recommends exactly as the searcher within does.
@@ -106,8 +135,9 @@ class Guarded:
     Parameters
     ----------
     searcher : Searcher
-        Any.
+        Any with `ask`.
     policy : Policy
+    space : Lattice
     evaluations : int, optional
         The run's budget; needed for a final stage. Without one the search does not end by itself.
 
@@ -124,29 +154,30 @@ class Guarded:
     """
 
     def __init__(
-        self, searcher: Searcher, policy: Policy, *, evaluations: int | None = None
+        self, searcher: Searcher, policy: Policy, space: Lattice, *, evaluations: int | None = None
     ) -> None:
         if evaluations is not None:
-            whole("evaluations", evaluations)
+            check_count("evaluations", evaluations, least=1)
         self._searcher = searcher
         self._policy = policy
+        self._space = space
         stage = policy.kept_back(evaluations)
         self._left = None if evaluations is None or not stage else evaluations - stage
-        self._means = RunningMeans()
-        self._last = np.full(N_DESIGNS, np.nan)
-        self._batch = _Batch.none()
+        self._told: dict[bytes, list[NDArray[np.float64]]] = {}  # value, dx, dy, dz of every draw
+        self._batch = self._none = np.zeros((0, space.sites), dtype=np.int64)
+        self._n_parents = 0
+        self._pieces: list[tuple[NDArray[np.float64], Info]] = []
         self._asked = 0
         self._has_told = False
-        self._final: FinalStage | None = None
+        self._finalists: Designs | None = None  # in the final stage, the one believed best first
 
     def ask(self, n: int | None = None) -> Designs:
         """Return the searcher's next designs, parents or finalists; none after the final stage."""
-        if self._final is None and self._batch.is_told:
+        if not len(self._untold) and self._finalists is None:
             self._begin(n)
-        if self._final is not None:
-            return self._final.ask(n)
-        self._asked = len(self._batch.untold[:n])
-        return self._batch.untold[:n].copy()
+        asked = self._untold[:n].copy()
+        self._asked = len(asked)
+        return asked
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Learn the values, and tell the searcher what the policy makes of them.
@@ -156,19 +187,17 @@ class Guarded:
         ValueError
             For designs that were not asked for.
         """
-        indices = indices_of(designs)
-        if self._final is not None:
-            self._final.tell(indices, values)
-            return
-        if not np.array_equal(designs, self._batch.untold[: len(designs)]):
+        if not np.array_equal(designs, self._untold[: len(designs)]):
             raise ValueError("tell must get the designs that ask returned, in that order")
-        self._last[indices] = values
-        if self._policy.running_mean:
-            self._means.add(indices, values, info["displacement"])
+        self._pieces.append((values, info))
+        if self._finalists is not None:
+            return
+        draws = np.column_stack([values, info["displacement"]])
+        for key, draw in zip(keys_of(designs), draws, strict=True):
+            self._told.setdefault(key, []).append(draw)
         if self._left is not None:
             self._left -= len(designs)
-        self._batch.take(values, info)
-        if self._batch.is_told or len(designs) < self._asked:
+        if not len(self._untold) or len(designs) < self._asked:
             self._hand_over()
 
     def recommend(self) -> Design:
@@ -177,12 +206,11 @@ class Guarded:
         A final stage that the budget cut off before every finalist had a draw does not count. While
         the searcher's first batch is still being told, the best value told so far is recommended.
         """
-        if self._final is not None and self._final.is_decided:
-            return Design(self._final.best)
-        if self._policy.running_mean and self._means.counts.any():
-            return Design(int(np.nanargmax(self._means.means)))
-        if not self._has_told and not np.isnan(self._last).all():
-            return Design(int(np.nanargmax(self._last)))
+        means = self._final_means()
+        if means:
+            return self._design(max(means, key=lambda key: means[key]))
+        if self._told and (self._policy.running_mean or not self._has_told):
+            return self._design(best_of(self._beliefs()))
         return self._searcher.recommend()
 
     def belief(self, design: Design) -> float:
@@ -194,40 +222,61 @@ class Guarded:
         mean of all values told where the running mean is on, and the value told last where not.
         NaN for a design never evaluated.
         """
-        if self._final is not None and self._final.is_decided and design.index in self._final:
-            return self._final.mean(design.index)
-        return float(self._beliefs()[design.index])
+        beliefs = self._beliefs() | self._final_means()
+        return beliefs.get(self._space.to_rows(design.array).tobytes(), np.nan)
 
-    def state_dict(self) -> State:
-        """Return a copy of the state, the searcher's included."""
-        own = {name: value for name, value in vars(self).items() if name != "_searcher"}
-        return {"searcher": self._searcher.state_dict(), "own": deepcopy(own)}
+    def _design(self, key: bytes) -> Design:
+        return Design(rows_of([key], self._space)[0], shape=self._space)
 
-    def load_state_dict(self, state: State) -> None:
-        """Take over a copy of a state."""
-        self._searcher.load_state_dict(state["searcher"])
-        vars(self).update(deepcopy(state["own"]))
+    def _final_means(self) -> dict[bytes, float]:
+        """Return the mean of every finalist's fresh draws; none before all had one."""
+        if self._finalists is None:
+            return {}
+        k, values = len(self._finalists), [value for piece, _ in self._pieces for value in piece]
+        if len(values) < k:
+            return {}
+        return {key: fmean(values[i::k]) for i, key in enumerate(keys_of(self._finalists))}
 
-    def _beliefs(self) -> NDArray[np.float64]:
-        return self._means.means if self._policy.running_mean else self._last
+    @property
+    def _untold(self) -> Designs:
+        """What is left of the batch."""
+        return self._batch[sum(len(values) for values, _ in self._pieces) :]
+
+    def _beliefs(self) -> dict[bytes, float]:
+        """Return what every design evaluated is believed to be worth, but for the final stage."""
+        mean = self._policy.running_mean
+        return {
+            key: fmean(draw[0] for draw in draws) if mean else float(draws[-1][0])
+            for key, draws in self._told.items()
+        }
 
     def _begin(self, n: int | None) -> None:
         """Ask the searcher for a batch, or begin the final stage."""
         if self._left != 0:
-            parents = np.zeros((0, N_SITES), dtype=np.int64)
+            parents = self._none
             if self._policy.reevaluate_parents and isinstance(self._searcher, HasParents):
-                offspring = checked(self._searcher.ask())
+                offspring = checked(self._searcher.ask(), self._space)
                 if len(offspring):
                     parents = self._searcher.parents()
             else:
-                offspring = checked(self._searcher.ask(n))
-            self._batch = _Batch.of(parents, offspring, most=self._left)
-        if self._policy.final_stage and self._batch.is_told and not np.isnan(self._last).all():
-            self._final = FinalStage.of(
-                self._beliefs(),
-                finalists=self._policy.finalists,
-                resamples=self._policy.resamples,
-            )
+                offspring = checked(self._searcher.ask(n), self._space)
+            self._batch = np.concatenate([parents, offspring])[: self._left]
+            self._n_parents = len(parents)
+        if self._policy.final_stage and not len(self._batch) and self._told:
+            self._begin_final_stage()
+
+    def _begin_final_stage(self) -> None:
+        """Deal the draws out among the designs believed best, in turn.
+
+        In turn, so that a budget that ends before the stage does leaves all with equally many, to
+        within one. Where fewer designs are known than finalists, these get all the draws.
+        """
+        beliefs = self._beliefs()
+        # Of equals the first by number goes on.
+        order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
+        self._finalists = rows_of(order[: self._policy.finalists], self._space)
+        draws = np.arange(self._policy.finalists * self._policy.resamples)
+        self._batch = self._finalists[draws % len(self._finalists)]
 
     def _hand_over(self) -> None:
         """Tell the searcher what is known of the batch, parents first.
@@ -235,13 +284,11 @@ class Guarded:
         A design of the batch may be one that the searcher has carried along since an earlier draw:
         where means are told, it gets the newer mean for that one too.
         """
-        batch, self._batch = self._batch, _Batch.none()
-        values, info = batch.told()
-        designs = batch.designs[: len(values)]
+        values, info = _joined(self._pieces)
+        designs, m = self._batch[: len(values)], min(self._n_parents, len(values))
+        self._batch, self._pieces = self._none, []
         if self._policy.running_mean:
-            info = self._as_means(designs, info)
-            values = self._means.means[indices_of(designs)]
-        m = min(batch.n_parents, len(values))
+            values, info = self._as_means(designs, info)
         n = len(values) if self._policy.running_mean else m
         if n and isinstance(self._searcher, HasParents):
             self._searcher.refresh(designs[:n], values[:n], _part(info, slice(n)))
@@ -250,50 +297,45 @@ class Guarded:
             self._searcher.tell(designs[part], values[part], _part(info, part))
             self._has_told = True
 
-    def _as_means(self, designs: Designs, info: Info) -> Info:
-        """Return what belongs to running means beside them: standard errors, displacements."""
-        indices = indices_of(designs)
-        errors = self._means.standard_errors(indices)
-        known = np.where(np.isnan(errors), info["standard_error"], errors)
-        mean = self._means.displacements(indices)
-        return cast(Info, {**info, "standard_error": known, "displacement": mean})
-
-
-@dataclass
-class _Batch:
-    """Designs on their way: asked for, and told one piece after the other."""
-
-    designs: Designs
-    n_parents: int
-    pieces: list[tuple[NDArray[np.float64], Info]]
-    n_told: int = 0
-
-    @classmethod
-    def none(cls) -> _Batch:
-        return cls(np.zeros((0, N_SITES), dtype=np.int64), 0, [])
-
-    @classmethod
-    def of(cls, parents: Designs, offspring: Designs, *, most: int | None) -> _Batch:
-        return cls(np.concatenate([parents, offspring])[:most], len(parents), [])
-
-    @property
-    def untold(self) -> Designs:
-        return self.designs[self.n_told :]
-
-    @property
-    def is_told(self) -> bool:
-        return self.n_told == len(self.designs)
-
-    def take(self, values: NDArray[np.float64], info: Info) -> None:
-        self.pieces.append((values, info))
-        self.n_told += len(values)
-
-    def told(self) -> tuple[NDArray[np.float64], Info]:
-        values, infos = zip(*self.pieces, strict=True)
-        columns: dict[str, Any] = {
-            name: np.concatenate([cast(Any, info)[name] for info in infos]) for name in infos[0]
+    def _as_means(self, designs: Designs, info: Info) -> tuple[NDArray[np.float64], Info]:
+        """Return the mean of every design, and what belongs to means beside it."""
+        rows = [means_of(np.array(self._told[key])) for key in keys_of(designs)]
+        means, displacements, errors = (np.array(column) for column in zip(*rows, strict=True))
+        return means, {
+            "displacement": displacements,
+            "diverged": np.isnan(displacements[:, 0]),
+            "standard_error": np.where(np.isnan(errors), info["standard_error"], errors),
         }
-        return np.concatenate(values), cast(Info, columns)
+
+
+def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], float]:
+    """Return what draws of one design make one believe of it.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, 4)
+        Value, dx, dy, dz of each, voxel widths; the displacement is NaN where it diverged.
+
+    Returns
+    -------
+    mean : float
+    displacement : ndarray, shape (3,)
+        Mean of those that did not diverge; NaN where all did.
+    standard_error : float
+        Of the mean, by the values' spread; NaN of a single one.
+    """
+    values, moved = draws[:, 0], draws[~np.isnan(draws[:, 1]), 1:]
+    displacement = moved.sum(axis=0) / (len(moved) or np.nan)
+    return fmean(values), displacement, float(standard_error(values))
+
+
+def _joined(pieces: list[tuple[NDArray[np.float64], Info]]) -> tuple[NDArray[np.float64], Info]:
+    """Return what was told in pieces as one."""
+    values, infos = zip(*pieces, strict=True)
+    columns: dict[str, Any] = {
+        name: np.concatenate([cast(Any, info)[name] for info in infos]) for name in infos[0]
+    }
+    return np.concatenate(values), cast(Info, columns)
 
 
 def _part(info: Info, part: slice) -> Info:

@@ -1,20 +1,16 @@
-"""What a searcher is: anything with these five methods; and a base that brings four of them."""
+"""What a searcher is: anything with these three methods; and a base that brings two of them."""
 
 from __future__ import annotations
 
-from copy import deepcopy
 from typing import Any, Protocol, TypeAlias, TypedDict, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Design
-from softvox_gym.design import N_DESIGNS, indices_of
+from softvox_gym import Design, Lattice
 
-#: Rows of digits, int64 of shape (n, 8), as the environment's action space has them.
+#: Rows of digits, int64 of shape (n, sites), as the environment's action space has them.
 Designs: TypeAlias = NDArray[np.int64]
-
-State: TypeAlias = dict[str, Any]
 
 
 class Info(TypedDict):
@@ -22,25 +18,27 @@ class Info(TypedDict):
 
     displacement : ndarray, shape (n, 3)
         dx, dy, dz in voxel widths; NaN where the design diverged.
-    status : ndarray of str, shape (n,)
-        "ok" or "diverged".
+    diverged : ndarray of bool, shape (n,)
     standard_error : ndarray, shape (n,)
         Of the values, voxel widths: 0 where they are exact, NaN where a noisy value is a single
         draw.
     """
 
     displacement: NDArray[np.float64]
-    status: NDArray[np.str_]
+    diverged: NDArray[np.bool_]
     standard_error: NDArray[np.float64]
+
+
+class SearcherError(Exception):
+    """A searcher broke the protocol; the message says how."""
 
 
 @runtime_checkable
 class Searcher(Protocol):
     """An optimiser that is asked for designs and told what they are worth.
 
-    It must draw all its random numbers from the generator that it was made with, so that a run can
-    be repeated, and be able to stop and go on: a searcher made alike and given the state of another
-    continues with the same bits.
+    It is made as ``Class(space, rng, **options)`` with the `softvox_gym.Lattice` that it searches,
+    and must draw all its random numbers from the generator ``rng``, so that a run can be repeated.
     """
 
     def ask(self, n: int | None = None) -> Any:
@@ -54,9 +52,9 @@ class Searcher(Protocol):
         Returns
         -------
         designs
-            Anything that `softvox_gym.simulate` takes for a batch of the 2x2x2 lattice: rows of
-            digits, shape (m, 8), an array of design numbers, a list of Design. One design alone is
-            a batch of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. None at all ends the search.
+            Anything that `softvox_gym.simulate` takes for a batch: rows of digits, shape
+            (m, sites), an array of design numbers, a list of Design. One design alone is a batch
+            of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. None at all ends the search.
         """
         ...
 
@@ -67,7 +65,7 @@ class Searcher(Protocol):
 
         Parameters
         ----------
-        designs : ndarray of int64, shape (n, 8)
+        designs : ndarray of int64, shape (n, sites)
         values : ndarray, shape (n,)
             To be maximised; never NaN. A design that diverged has the value 0.
         info : Info
@@ -81,13 +79,24 @@ class Searcher(Protocol):
         """
         ...
 
-    def state_dict(self) -> State:
-        """Return everything needed to go on; it can be pickled, and later steps don't change it."""
-        ...
 
-    def load_state_dict(self, state: State) -> None:
-        """Go on where the searcher that gave this state was."""
-        ...
+def keys_of(designs: Designs) -> list[bytes]:
+    """Return a key for every design by which it can be looked up: its digits, as bytes."""
+    rows = np.ascontiguousarray(designs, dtype=np.uint8)
+    keys: list[bytes] = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
+    return keys
+
+
+def rows_of(keys: list[bytes], space: Lattice) -> Designs:
+    """Return the designs of keys as rows of digits, shape (n, sites)."""
+    flat = np.frombuffer(b"".join(keys), dtype=np.uint8)
+    return flat.reshape(len(keys), space.sites).astype(np.int64)
+
+
+def best_of(values: dict[bytes, float]) -> bytes:
+    """Return the key of the largest value; of equal ones that of the smallest design number."""
+    top = max(values.values())
+    return min((key for key, value in values.items() if value == top), key=lambda key: key[::-1])
 
 
 class SearcherBase:
@@ -95,19 +104,22 @@ class SearcherBase:
 
     Parameters
     ----------
+    space : Lattice
+        Whose designs are searched.
     rng : numpy.random.Generator
         The run's own; the only source of random numbers.
 
     Attributes
     ----------
-    rng : numpy.random.Generator
-    values : ndarray, shape (6561,)
-        The value told last for every design, voxel widths; NaN where none was.
+    space, rng
+    values : dict of bytes to float
+        The value told last for every design that was evaluated, voxel widths, by `keys_of`.
     """
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, space: Lattice, rng: np.random.Generator) -> None:
+        self.space = space
         self.rng = rng
-        self.values = np.full(N_DESIGNS, np.nan)
+        self.values: dict[bytes, float] = {}
 
     def ask(self, n: int | None = None) -> Any:
         """Propose designs to evaluate; see `Searcher`."""
@@ -115,7 +127,16 @@ class SearcherBase:
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Remember the values."""
-        self.values[indices_of(designs)] = values
+        self.values.update(zip(keys_of(designs), values.tolist(), strict=True))
+
+    def known(self, designs: Designs) -> NDArray[np.float64]:
+        """Return the values told last for designs, shape (n,); NaN where none was."""
+        return np.array([self.values.get(key, np.nan) for key in keys_of(designs)])
+
+    @property
+    def best(self) -> NDArray[np.int64] | None:
+        """The digits of the design with the best value, shape (sites,); None before any."""
+        return rows_of([best_of(self.values)], self.space)[0] if self.values else None
 
     def recommend(self) -> Design:
         """Return the design with the best value, of equal ones the first by number.
@@ -125,15 +146,6 @@ class SearcherBase:
         ValueError
             Before the first `tell`.
         """
-        if np.isnan(self.values).all():
+        if self.best is None:
             raise ValueError("nothing to recommend: no design was evaluated yet")
-        return Design(int(np.nanargmax(self.values)))
-
-    def state_dict(self) -> State:
-        """Return a copy of all attributes."""
-        return deepcopy(vars(self))
-
-    def load_state_dict(self, state: State) -> None:
-        """Take over a copy of all attributes."""
-        vars(self).clear()
-        vars(self).update(deepcopy(state))
+        return Design(self.best, shape=self.space)

@@ -6,130 +6,164 @@ import inspect
 from collections.abc import Mapping
 from difflib import get_close_matches
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from softvox_gym import Lattice
+from softvox_search.function import FunctionSearcher, is_function
 from softvox_search.protocol import Searcher, SearcherBase
 
-_HERE = "softvox_search.searchers"
 
-#: Where the class of each name is: "module:Class", imported when it is made.
-SEARCHERS: Mapping[str, str] = {
-    "exhaustive": f"{_HERE}.exhaustive:Exhaustive",
-    "exhaustive_shuffled": f"{_HERE}.exhaustive:Exhaustive",
-    "random": f"{_HERE}.random_search:RandomSearch",
-    "random_with_replacement": f"{_HERE}.random_search:RandomSearch",
-    "hill_climber": f"{_HERE}.hill_climber:HillClimber",
-    "ga": f"{_HERE}.genetic:GeneticAlgorithm",
-    "mu_plus_lambda": f"{_HERE}.mu_plus_lambda:MuPlusLambda",
-    "afpo": f"{_HERE}.afpo:Afpo",
-    "nsga2": f"{_HERE}.nsga2:Nsga2",
-    "map_elites": f"{_HERE}.map_elites:MapElites",
-    "tpe": f"{_HERE}.tpe:Tpe",
-    "nevergrad": f"{_HERE}.nevergrad_search:Nevergrad",
-    "catcma": f"{_HERE}.catcma:CatCma",
-}
+class Entry(NamedTuple):
+    """A searcher of this package.
 
-#: Options that a name stands for; they can't be given with it.
-FIXED: Mapping[str, Mapping[str, Any]] = {
-    "exhaustive": {"shuffled": False},
-    "exhaustive_shuffled": {"shuffled": True},
-    "random": {"replacement": False},
-    "random_with_replacement": {"replacement": True},
-}
+    Parameters
+    ----------
+    place : str
+        "module:Class" within `softvox_search.searchers`, imported when it is made.
+    about : str
+        One sentence.
+    fixed : dict
+        Options that the name stands for; they can't be given with it.
+    """
 
-#: What a name does, where several stand for one class and its docstring can't say.
-ABOUT: Mapping[str, str] = {
-    "exhaustive": "Asks for every design once, by number, and then for nothing more.",
-    "exhaustive_shuffled": "Asks for every design once, in random order, and then for nothing "
-    "more.",
-    "random": "Asks for designs drawn uniformly of those not known yet: random search without "
-    "replacement.",
-    "random_with_replacement": "Asks for designs drawn uniformly of all, known ones as well: "
-    "random search with replacement.",
+    place: str
+    about: str
+    fixed: Mapping[str, Any] = {}
+
+
+SEARCHERS: Mapping[str, Entry] = {
+    "exhaustive": Entry(
+        "exhaustive:Exhaustive", "Asks for every design once, by number, and then for nothing more."
+    ),
+    "exhaustive_shuffled": Entry(
+        "random_search:RandomSearch",
+        "Asks for every design once, in random order: exhaustive search without the bias of an "
+        "order. The same as random.",
+        {"replacement": False},
+    ),
+    "random": Entry(
+        "random_search:RandomSearch",
+        "Asks for designs drawn uniformly of those not drawn yet: random search without "
+        "replacement.",
+        {"replacement": False},
+    ),
+    "random_with_replacement": Entry(
+        "random_search:RandomSearch",
+        "Asks for designs drawn uniformly of all, known ones as well: random search with "
+        "replacement.",
+        {"replacement": True},
+    ),
+    "hill_climber": Entry(
+        "hill_climber:HillClimber",
+        "Climbs to better neighbours; where none is better, restarts from a random unknown design.",
+    ),
+    "ga": Entry(
+        "genetic:GeneticAlgorithm",
+        "Tournament selection, uniform crossover, mutation; the elite goes on unchanged.",
+    ),
+    "mu_plus_lambda": Entry(
+        "mu_plus_lambda:MuPlusLambda",
+        "Parents are drawn by lot; the fittest of parents and offspring together survive.",
+    ),
+    "afpo": Entry(
+        "afpo:Afpo",
+        "Young designs are spared the competition with old ones: the fit and the young survive.",
+    ),
+    "nsga2": Entry(
+        "nsga2:Nsga2",
+        "Fitness is maximised and the number of active voxels minimised, both at once.",
+    ),
+    "map_elites": Entry(
+        "map_elites:MapElites",
+        "Keeps the fittest design known for every (n_voxels, n_active, heading).",
+    ),
+    "tpe": Entry(
+        "tpe:Tpe",
+        "Optuna's TPE sampler with its default settings, over a categorical variable per site.",
+    ),
+    "nevergrad": Entry(
+        "nevergrad_search:Nevergrad",
+        "One of Nevergrad's optimisers, over a choice of a digit per site.",
+    ),
+    "catcma": Entry(
+        "catcma:CatCma",
+        "CatCMA with margin, over a categorical variable per site; restarted when it has "
+        "converged.",
+    ),
 }
 
 #: Of `Searcher`.
-METHODS = ("ask", "tell", "recommend", "state_dict", "load_state_dict")
+METHODS = ("ask", "tell", "recommend")
 
 
-def make(name: str, rng: np.random.Generator, **options: Any) -> Searcher:
+def make(
+    name: str, rng: np.random.Generator, *, space: Lattice | None = None, **options: Any
+) -> Searcher:
     """Make a searcher.
 
     Parameters
     ----------
     name : str
-        One of `SEARCHERS`, or "package.module:Class" for one's own class, which is called as
-        ``Class(rng, **options)``.
+        One of `SEARCHERS`, or "package.module:name" for one's own: a class, which is called as
+        ``Class(space, rng, **options)``, or a function ``f(evaluate, space, rng, **options)``; see
+        `softvox_search.FunctionSearcher`.
     rng : numpy.random.Generator
         The run's own.
+    space : Lattice, optional
+        Whose designs it searches; 2x2x2 where None.
     **options
-        Of the class; its docstring describes them.
+        Of the class or function; its docstring describes them.
 
     Raises
     ------
     TypeError, ValueError
-        For a name that leads to no searcher, an option that the class doesn't take, or a value that
-        it refuses.
+        For a name that leads to no searcher, an option that it doesn't take, or a value that it
+        refuses.
     ImportError
         Where a library that the searcher needs is not installed.
     """
-    kind = class_of(name)
+    kind, space = found(name), space or Lattice()
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
         _require_methods(name, kind)
     takes = options_of(name)
-    fixed = FIXED.get(name, {})
     for option in options:
         if takes is not None and option not in takes:
             raise ValueError(
                 f"searcher {name} has no option {option!r}; its options are: "
                 f"{', '.join(takes) or 'none'}"
             )
-    searcher: Searcher = kind(rng, **fixed, **options)
+    if is_function(kind):
+        return FunctionSearcher(kind, space, rng, **options)
+    searcher: Searcher = kind(space, rng, **_fixed(name), **options)
     _require_methods(name, searcher)
     return searcher
 
 
-def _require_methods(name: str, searcher: Any) -> None:
-    """Refuse a class, or what was made of it, without the five methods."""
-    lacks = [method for method in METHODS if not _has(searcher, method)]
-    if lacks == ["ask"]:
-        raise TypeError(f"searcher {name} lacks ask; see softvox_search.protocol.Searcher")
-    if lacks:
-        raise TypeError(
-            f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.protocol.Searcher, or "
-            "derive the class from softvox_search.protocol.SearcherBase"
-        )
-
-
-def _has(searcher: Any, method: str) -> bool:
-    """Return whether there is a method; the base's `ask` is only a place for one."""
-    found = getattr(searcher, method, None)
-    return callable(found) and getattr(found, "__func__", found) is not SearcherBase.ask
-
-
-def class_of(name: str) -> Any:
-    """Return the class of a name, as `make` takes it.
+def found(name: str) -> Any:
+    """Return the class or function of a name, as `make` takes it.
 
     Raises
     ------
     TypeError, ValueError
-        For a name that leads to no class.
+        For a name that leads to none.
     ImportError
-        Where a library that the class's module needs is not installed.
+        Where a library that its module needs is not installed.
     """
     if not isinstance(name, str):
         raise TypeError(f"searcher must be a name, got {name!r}; {_names()}")
-    if name not in SEARCHERS and ":" not in name:
+    if name in SEARCHERS:
+        name = f"{__package__}.searchers.{SEARCHERS[name].place}"
+    elif ":" not in name:
         near = get_close_matches(name, SEARCHERS, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ";"
         raise ValueError(f"there is no searcher {name!r}{hint} {_names()}")
-    module, _, attribute = SEARCHERS.get(name, name).partition(":")
-    found = getattr(_module(module, name), attribute, None)
-    if not callable(found):
-        raise ValueError(f"module {module} has no class {attribute!r}")
-    return found
+    module, _, attribute = name.partition(":")
+    kind = getattr(_module(module, name), attribute, None)
+    if not callable(kind):
+        raise ValueError(f"module {module} has no class or function {attribute!r}")
+    return kind
 
 
 def options_of(name: str) -> dict[str, Any] | None:
@@ -139,22 +173,45 @@ def options_of(name: str) -> dict[str, Any] | None:
     -------
     dict or None
         Without those that the name stands for; `inspect.Parameter.empty` for a default that is
-        none. None where the class takes any option.
+        none. None where it takes any option.
 
     Raises
     ------
     TypeError, ValueError, ImportError
-        As `class_of` does.
+        As `found` does.
     """
-    parameters = list(inspect.signature(class_of(name)).parameters.values())[1:]
+    kind = found(name)
+    parameters = list(inspect.signature(kind).parameters.values())
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         return None
     return {
         parameter.name: parameter.default
-        for parameter in parameters
+        for parameter in parameters[3 if is_function(kind) else 2 :]
         if parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD)
-        and parameter.name not in FIXED.get(name, {})
+        and parameter.name not in _fixed(name)
     }
+
+
+def _fixed(name: str) -> Mapping[str, Any]:
+    return SEARCHERS[name].fixed if name in SEARCHERS else {}
+
+
+def _require_methods(name: str, searcher: Any) -> None:
+    """Refuse a class, or what was made of it, without the three methods."""
+    lacks = [method for method in METHODS if not _has(searcher, method)]
+    if lacks == ["ask"]:
+        raise TypeError(f"searcher {name} lacks ask; see softvox_search.Searcher")
+    if lacks:
+        raise TypeError(
+            f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.Searcher, or derive the "
+            "class from softvox_search.SearcherBase"
+        )
+
+
+def _has(searcher: Any, method: str) -> bool:
+    """Return whether there is a method; the base's `ask` is only a place for one."""
+    found = getattr(searcher, method, None)
+    return callable(found) and getattr(found, "__func__", found) is not SearcherBase.ask
 
 
 def _module(module: str, name: str) -> Any:
@@ -168,10 +225,11 @@ def _module(module: str, name: str) -> Any:
             f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
         ) from None
     except (TypeError, ValueError):
-        raise ValueError(f"searcher {name!r} must be 'package.module:Class'; {_names()}") from None
+        raise ValueError(f"searcher {name!r} must be 'package.module:name'; {_names()}") from None
 
 
 def _names() -> str:
     return (
-        f"the searchers are: {', '.join(SEARCHERS)}; one's own is given as 'package.module:Class'"
+        f"the searchers are: {', '.join(SEARCHERS)}; one's own class or function is given as "
+        "'package.module:name'"
     )

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
-from softvox_gym import Design
-from softvox_search.oracle import Oracle, SearcherError
-from softvox_search.protocol import Searcher
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Design, Lattice
+from softvox_search.function import FunctionSearcher
+from softvox_search.log import identity
+from softvox_search.oracle import Oracle
+from softvox_search.protocol import Searcher, SearcherError
 
 
 def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Design:
@@ -15,6 +22,7 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
     Parameters
     ----------
     searcher : Searcher
+        One with `ask`, or a `FunctionSearcher`.
     oracle : Oracle
         Its log tells afterwards what was evaluated.
     name : str, optional
@@ -30,22 +38,38 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
     SearcherError
         Where the searcher breaks the protocol, naming it.
     """
-    called = name or type(searcher).__name__
-    try:
-        while not oracle.is_exhausted:
-            answer = oracle.evaluate(searcher.ask())
-            if len(answer.designs) == 0:
-                break
-            searcher.tell(*answer)
+    with naming(name or name_of(searcher)):
+        advice: Any = None
+        if isinstance(searcher, FunctionSearcher):
+            advice = searcher.search(oracle)
+        else:
+            while not oracle.is_exhausted:
+                answer = oracle.evaluate(searcher.ask())
+                if len(answer.designs) == 0:
+                    break
+                searcher.tell(*answer)
         if oracle.evaluations == 0:
             raise SearcherError("proposed no design at all")
-        return recommended(searcher.recommend())
+        return recommended(searcher.recommend() if advice is None else advice, oracle.space)
+
+
+def name_of(searcher: Searcher) -> str:
+    """Return what to call a searcher: its class or function."""
+    function = getattr(searcher, "function", None)
+    return getattr(function, "__name__", type(searcher).__name__)
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put a searcher's name before what an error says of it."""
+    try:
+        yield
     except SearcherError as error:
-        raise SearcherError(f"searcher {called} {error}") from error
+        raise SearcherError(f"searcher {name} {error}") from error
 
 
-def recommended(design: Any) -> Design:
-    """Return a recommendation as a Design of the 2x2x2 lattice.
+def recommended(design: Any, space: Lattice) -> Design:
+    """Return a recommendation as a Design of the lattice.
 
     Raises
     ------
@@ -53,9 +77,28 @@ def recommended(design: Any) -> Design:
         Where it is none.
     """
     try:
-        made = Design(design)
+        return Design(design, shape=space)
     except (TypeError, ValueError) as error:
-        raise SearcherError(f"recommended what is no design: {error}") from error
-    if made.shape != (2, 2, 2):
-        raise SearcherError(f"recommended a design of shape {made.shape}, not (2, 2, 2)")
-    return made
+        raise SearcherError(f"recommended what is no design of {space}: {error}") from error
+
+
+def believed(
+    searcher: Searcher, design: Design, columns: Mapping[str, NDArray[Any]]
+) -> float | None:
+    """Return what a searcher believes a design to be worth, voxel widths.
+
+    What its policy believes; without one the value that it was told last, or None where it was told
+    nothing of this design.
+
+    Parameters
+    ----------
+    searcher : Searcher
+    design : Design
+    columns : dict of ndarray
+        The log of its run.
+    """
+    if hasattr(searcher, "belief"):
+        value = float(searcher.belief(design))
+        return None if np.isnan(value) else value
+    told = columns["fitness"][columns["design"] == identity(design)]
+    return float(told[-1]) if len(told) else None

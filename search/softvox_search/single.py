@@ -1,12 +1,9 @@
-"""One search, held against the whole landscape."""
+"""One search, held against the whole landscape where that is known."""
 
 from __future__ import annotations
 
 import csv
 import io
-import struct
-import zlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,17 +11,16 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-import softvox_gym
-from softvox_gym import Design, Physics, simulate
-from softvox_gym.design import N_DESIGNS
-from softvox_search.experiment.config import Experiment, PolicyChoice, SearcherChoice
-from softvox_search.experiment.environment import Environments
-from softvox_search.experiment.job import Columns, do, evaluations
-from softvox_search.log import COLUMNS, NO_SEED
-from softvox_search.oracle import Budget, SearcherError
-from softvox_search.policies import Guarded, Policy
+from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, Physics, landscape, noisy_landscape
+from softvox_gym import evaluate as evaluate_designs
+from softvox_gym.rendering import png
+from softvox_gym.wrappers.vector import JakobiNoise
+from softvox_search.log import COLUMNS, NO_SEED, Columns, identity
+from softvox_search.oracle import Budget, Oracle, Progress
+from softvox_search.policies import Policy, with_policy
+from softvox_search.protocol import SearcherError
 from softvox_search.registry import make
-from softvox_search.report.truth import truth_at
+from softvox_search.run import believed, run
 
 
 class SearchError(Exception):
@@ -72,15 +68,17 @@ class Standing:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """What a search found.
 
     Parameters
     ----------
     design : Design
         Recommended.
-    truth : Standing
-        Of it without noise.
+    fitness : float
+        Of it without noise, voxel widths.
+    truth : Standing or None
+        Of it without noise; None on lattices whose landscape is not known.
     level : float or None
         Of the noise; None without.
     believed : float or None
@@ -93,12 +91,16 @@ class Found:
         What was used.
     budget : Budget
         What might have been.
+    ended_by : str
+        What ended it: "unique", "evaluations" or another part of the budget, or the "searcher"
+        itself.
     columns : dict of ndarray
         The log.
     """
 
     design: Design
-    truth: Standing
+    fitness: float
+    truth: Standing | None
     level: float | None
     believed: float | None
     noisy: Standing | None
@@ -107,22 +109,17 @@ class Found:
     evaluations: int
     steps: int
     budget: Budget
+    ended_by: str
     columns: Columns
-
-    @property
-    def ended_by(self) -> str:
-        """What ended it: "unique" or "evaluations" of the budget, or the "searcher" itself."""
-        if self.budget.unique is not None and self.unique >= self.budget.unique:
-            return "unique"
-        assert self.budget.evaluations is not None
-        return "evaluations" if self.evaluations >= self.budget.evaluations else "searcher"
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON, without the log."""
+        truth = self.truth.to_dict() if self.truth else {"fitness": self.fitness}
         return {
             "design": self.design.index,
             "digits": self.design.digits,
-            **self.truth.to_dict(),
+            "shape": list(self.design.shape),
+            **truth,
             "level": self.level,
             "believed": self.believed,
             "under_noise": self.noisy.to_dict() if self.noisy else None,
@@ -134,91 +131,100 @@ class Found:
         }
 
 
-def experiment_of(
+def search(
     searcher: str,
     *,
-    options: dict[str, Any],
-    seed: int,
-    unique: int,
-    evaluations: int | None = None,
+    budget: Budget,
+    options: dict[str, Any] | None = None,
+    seed: int = 0,
+    space: Lattice | None = None,
+    physics: str | dict[str, Any] = "published",
     level: float | None = None,
     policy: Policy | None = None,
-    physics: str | dict[str, Any] = "published",
-) -> Experiment:
-    """Return a search as an experiment of one run.
+    progress: Progress | None = None,
+) -> SearchResult:
+    """Let a searcher search once, and hold what it recommends against all designs.
 
     Parameters
     ----------
     searcher : str
-        Its name in the registry, or "package.module:Class".
-    options : dict
+        Its name in the registry, or "package.module:name" of a class or function.
+    budget : Budget
+    options : dict, optional
         Of the searcher.
     seed : int
         Of all random numbers.
-    unique, evaluations : int
-        The budget.
+    space : Lattice, optional
+        2x2x2 where None.
+    physics : str or dict
     level : float, optional
-        Of `JakobiNoise`.
+        Of `JakobiNoise`; no noise where None.
     policy : Policy, optional
         Against luck, where there is noise.
-    physics : str or dict
+    progress : callable (done, total), optional
+        As `Oracle` takes it.
 
     Raises
     ------
     SearchError
         For a searcher, options or a policy that can't be.
-    RaisedError
-        Where the searcher's module or class raises anything but an error about its options.
-    """
-    budget = Budget(unique=unique, evaluations=evaluations)
-    policies = () if level is None else (PolicyChoice(name="own", policy=policy or Policy()),)
-    _check(searcher, options, budget, policies)
-    choice = SearcherChoice(name=searcher, label=searcher, options=options, seeds=1, budget=budget)
-    return Experiment(
-        name="search",
-        entropy=seed,
-        seeds=1,
-        budget=budget,
-        physics=physics,
-        levels=None if level is None else (level,),
-        policies=policies,
-        searchers=(choice,),
-    )
-
-
-def search(experiment: Experiment, *, progress: Callable[[int, int], None] | None = None) -> Found:
-    """Do the only run of an experiment, and hold what it recommends against all designs.
-
-    Raises
-    ------
     SearcherError
         Where the searcher breaks the protocol.
     RaisedError
-        Where it raises anything else.
+        Where the searcher's own code raises anything else.
     """
-    (run,) = experiment.runs()
+    space = space or Lattice()
+    of_searcher, of_noise = np.random.SeedSequence(seed).spawn(2)
+    made = _made(searcher, np.random.default_rng(of_searcher), space, options or {})
+    oracle = Oracle(
+        lambda n: environment(n, space, physics, level),
+        budget,
+        rng=np.random.default_rng(of_noise),
+        noisy=level is not None,  # at level 0 a repeated evaluation costs what it costs at others
+        progress=progress,
+    )
+    if level is not None:
+        try:
+            made = with_policy(made, policy or Policy(), space, budget)
+        except TypeError as error:
+            raise SearchError(f"--searcher {searcher}: {error}") from error
+        except ValueError as error:
+            raise SearchError(f"--final-stage: {error}") from error
     try:
-        record = do(experiment, run, Environments(experiment), progress=progress)
+        design = run(made, oracle, name=searcher)
     except (SearcherError, MemoryError):
         raise
     except (Exception, SystemExit) as error:
-        raise RaisedError(run.cell.searcher.label, error) from error
-    summary = record.summary
-    design = Design(summary["recommended"])
-    rows = np.flatnonzero(record.columns["design"] == design.index)
-    return Found(
+        raise RaisedError(searcher, error) from error
+    finally:
+        oracle.close()
+    columns = oracle.log.columns()
+    at = columns["sequence"][columns["design"] == identity(design)]
+    fitness, truth = _truth(design, physics)
+    return SearchResult(
         design=design,
-        truth=Standing.of(design, _landscape(experiment)),
-        level=summary["level"],
-        believed=summary["believed"],
-        noisy=_under_noise(experiment, design),
-        sequence=int(record.columns["sequence"][rows[0]]) if len(rows) else None,
-        unique=summary["unique"],
-        evaluations=summary["evaluations"],
-        steps=summary["steps"],
-        budget=experiment.budget,
-        columns=record.columns,
+        fitness=fitness,
+        truth=truth,
+        level=level,
+        believed=believed(made, design, columns),
+        noisy=None if level is None or truth is None else _under_noise(design, physics, level),
+        sequence=int(at[0]) if len(at) else None,
+        unique=oracle.unique,
+        evaluations=oracle.evaluations,
+        steps=oracle.steps,
+        budget=budget,
+        ended_by=oracle.ended_by or "searcher",
+        columns=columns,
     )
+
+
+def environment(n: int, space: Lattice, physics: Any, level: float | None) -> Any:
+    """Return the vector environment of a search: the table where it has the engine's bits."""
+    if space == Lattice() and _is_published(physics) and not level:
+        env: Any = gym.make_vec(TABLE_ENV_ID, num_envs=n)
+    else:
+        env = gym.make_vec(ENV_ID, num_envs=n, shape=space, physics=physics)
+    return env if not level else JakobiNoise(env, level)
 
 
 def table(columns: Columns, suffix: str) -> bytes:
@@ -233,83 +239,63 @@ def table(columns: Columns, suffix: str) -> bytes:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for row in zip(*(columns[name].tolist() for name in COLUMNS), strict=True):
-            writer.writerow("" if value == NO_SEED else value for value in row)
+        seeds = ["" if seed == NO_SEED else seed for seed in columns["noise_seed"].tolist()]
+        lists = {name: columns[name].tolist() for name in COLUMNS} | {"noise_seed": seeds}
+        writer.writerows(zip(*lists.values(), strict=True))
         return text.getvalue().encode()
     try:
+        import pyarrow as pa
         import pyarrow.parquet as pq
-
-        from softvox_search.experiment.encoding import evaluations as rows_of
     except ModuleNotFoundError as error:
-        raise SearchError(
-            f"--out in Parquet needs {error.name}: pip install 'softvox-gym[search]'"
-        ) from error
+        raise SearchError(f"--out in Parquet needs {error.name}: pip install pyarrow") from error
+    seeds = columns["noise_seed"]
+    arrays = {name: columns[name] for name in COLUMNS}
+    arrays["noise_seed"] = pa.array(seeds, mask=seeds == NO_SEED)
     content = io.BytesIO()
-    pq.write_table(rows_of(0, columns).drop_columns("run"), content)
+    pq.write_table(pa.table(arrays), content)
     return content.getvalue()
 
 
-def picture(experiment: Experiment, design: Design) -> bytes:
+def picture(design: Design, physics: Any = "published") -> bytes:
     """Return a picture of a design after its run without noise, as PNG."""
-    env = gym.make(experiment.env_id, physics=experiment.physics, render_mode="rgb_array")
+    options = {"shape": design.lattice, "physics": physics, "render_mode": "rgb_array"}
+    env = gym.make(ENV_ID, **options)
     try:
         env.reset(seed=0)
-        env.step(np.array([int(digit) for digit in design.digits]))
+        env.step(design.lattice.to_rows(design.array))
         image: Any = env.render()
     finally:
         env.close()
-    return png(np.asarray(image))
+    return png(image)
 
 
-def png(image: NDArray[np.uint8]) -> bytes:
-    """Return an image, shape (height, width, 3), as PNG.
-
-    Source: W3C, "Portable Network Graphics (PNG) Specification", 2003: colour type 2, no filter.
-    """
-    height, width, _ = image.shape
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # the first byte: no filter
-    rows[:, 1:] = image.reshape(height, -1)
-
-    def chunk(kind: bytes, content: bytes) -> bytes:
-        checksum = zlib.crc32(kind + content)
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", checksum)
-
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n"
-        + chunk(b"IHDR", header)
-        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
-        + chunk(b"IEND", b"")
-    )
-
-
-def _check(
-    searcher: str, options: dict[str, Any], budget: Budget, policies: tuple[PolicyChoice, ...]
-) -> None:
+def _made(searcher: str, rng: np.random.Generator, space: Lattice, options: dict[str, Any]) -> Any:
     try:
-        made = make(searcher, np.random.default_rng(0), **options)
+        return make(searcher, rng, space=space, **options)
     except (ImportError, TypeError, ValueError) as error:
         raise SearchError(f"--searcher {searcher}: {error}") from error
     except (Exception, SystemExit) as error:  # one's own may raise anything
         raise RaisedError(searcher, error) from error
-    for choice in policies:
-        try:
-            Guarded(made, choice.policy, evaluations=evaluations(budget))
-        except ValueError as error:
-            raise SearchError(f"--final-stage: {error}") from error
 
 
-def _landscape(experiment: Experiment) -> NDArray[np.float64]:
-    """Return the fitness of every design under the experiment's physics, shape (6561,)."""
-    if experiment.is_published:
-        values: NDArray[np.float64] = softvox_gym.landscape()["fitness"]
-        return values
-    return simulate(np.arange(N_DESIGNS), Physics.of(experiment.physics)).fitness
+def _is_published(physics: Any) -> bool:
+    return Physics.of(physics) == Physics.published()
 
 
-def _under_noise(experiment: Experiment, design: Design) -> Standing | None:
+def _truth(design: Design, physics: Any) -> tuple[float, Standing | None]:
+    """Return a design's fitness without noise, and where it stands if that is known."""
+    if design.lattice == Lattice():
+        standing = Standing.of(design, landscape(physics)["fitness"])
+        return standing.fitness, standing
+    return float(evaluate_designs(design, physics).value[0]), None
+
+
+def _under_noise(design: Design, physics: Any, level: float) -> Standing | None:
     """Return where a design stands under the noise, where that was measured."""
-    if not experiment.levels or not experiment.is_published:
+    if not _is_published(physics):
         return None
-    truth = truth_at(experiment.levels[0])
-    return None if np.isnan(truth.value[design.index]) else Standing.of(design, truth.value)
+    try:
+        means = np.asarray(noisy_landscape(level)["mean"])
+    except ValueError:
+        return None
+    return None if np.isnan(means[design.index]) else Standing.of(design, means)

@@ -303,16 +303,13 @@ class BodyFacts(NamedTuple):
     def of(cls, rows: NDArray[Any], lattice: Lattice) -> BodyFacts:
         """Return the facts of designs given by their digits, shape (n, sites)."""
         occupied = rows != ABSENT
-        # Many designs share a body, and few bodies are looked at at a time.
-        if len(rows) > 1:
-            bodies, which = np.unique(occupied, axis=0, return_inverse=True)
-        else:
-            bodies, which = occupied, np.zeros(len(rows), dtype=np.intp)
-        pieces = [len(_components(body.tobytes(), lattice)) for body in bodies]
+        # Many designs share a body, whose components are remembered.
+        bodies = np.ascontiguousarray(occupied).view(np.dtype((np.void, lattice.sites)))
+        pieces = [len(_components(body, lattice)) for body in bodies.ravel().tolist()]
         return cls(
             n_voxels=np.count_nonzero(occupied, axis=1).astype(np.int64),
             n_active=np.count_nonzero(rows == ACTIVE, axis=1).astype(np.int64),
-            is_connected=(np.array(pieces, dtype=np.int64) == 1)[which.ravel()],
+            is_connected=np.array(pieces, dtype=np.int64) == 1,
         )
 
 

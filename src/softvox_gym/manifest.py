@@ -6,6 +6,7 @@ import hashlib
 import platform
 import subprocess
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,13 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_gym import engine
+from softvox_gym.evaluation import evaluate
+from softvox_gym.noise import Jakobi
 
 SOURCE = Path(softvox_gym.__file__).resolve()
+
+#: Designs of which the engine's bits are looked at, nominally and disturbed.
+PROBED = np.arange(40, 3**8, 410)
 
 
 def provenance(*, threads: int | None = None) -> dict[str, Any]:
@@ -50,6 +56,20 @@ def provenance(*, threads: int | None = None) -> dict[str, Any]:
 def digest(displacement: NDArray[np.float64]) -> str:
     """Return the SHA-256 of the bits: little-endian float64, design by design, dx, dy, dz."""
     return hashlib.sha256(np.ascontiguousarray(displacement, dtype="<f8").tobytes()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def engine_probe() -> str:
+    """Return a digest of what the loaded engine, and the noise, make of some designs.
+
+    Results that were made with another may differ in their bits. Computed once per process, in a
+    tenth of a second.
+    """
+    nominal, disturbed = (
+        evaluate(PROBED, perturbations=perturbations, seed=0).displacement
+        for perturbations in ([], [Jakobi(2.0)])
+    )
+    return digest(np.concatenate([nominal, disturbed]))
 
 
 def commit() -> str | None:

@@ -198,6 +198,27 @@ def render(
     return np.stack(channels, axis=-1)
 
 
+def png(picture: NDArray[np.uint8]) -> bytes:
+    """Return a picture, uint8 of shape (height, width, 3), as the bytes of a PNG file.
+
+    Source: W3C, "Portable Network Graphics (PNG) Specification", 2003.
+    """
+    height, width, _ = picture.shape
+    rows = picture.reshape(height, 3 * width).astype(np.int16)
+    # Each byte less the one of the pixel to its left: what is even becomes zeros.
+    rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
+    filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(content))
+        + name
+        + content
+        + struct.pack(">I", zlib.crc32(name + content))
+        for name, content in parts
+    )
+
+
 def _view(target: Array, distance: float, azimuth: float, elevation: float) -> Array:
     """Return the matrix (3, 4) from points (x, y, z, 1) to right, down and depth; radians."""
     level, rise = math.cos(elevation), math.sin(elevation)
@@ -449,31 +470,3 @@ def _shrink(image: Array) -> Array:
     samples: list[Array] = [image[i::s, j::s] for i in range(s) for j in range(s)]
     mean: Array = sum(samples[1:], samples[0]) / (s * s)
     return mean
-
-
-def png(image: NDArray[np.uint8]) -> bytes:
-    """Return an image as PNG.
-
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-
-    Notes
-    -----
-    Source: W3C, "Portable Network Graphics (PNG) Specification", 2003: colour type 2, no filter.
-    """
-    height, width, _ = image.shape
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # the first byte: no filter
-    rows[:, 1:] = image.reshape(height, -1)
-
-    def chunk(kind: bytes, content: bytes) -> bytes:
-        checksum = zlib.crc32(kind + content)
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", checksum)
-
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n"
-        + chunk(b"IHDR", header)
-        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
-        + chunk(b"IEND", b"")
-    )

@@ -195,8 +195,8 @@ def simulate(
     return _result(stack, physics, batch, output)
 
 
-def check_count(name: str, value: Any, *, least: int) -> None:
-    """Make sure that an argument is a whole number that the engine can count to.
+def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
+    """Make sure that an argument is a whole number; by default one that the engine can count to.
 
     Raises
     ------
@@ -205,8 +205,8 @@ def check_count(name: str, value: Any, *, least: int) -> None:
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} must be a whole number, got {value!r}")
-    if not least <= value <= MOST:
-        raise ValueError(f"{name} must be at least {least} and at most {MOST}, got {value}")
+    if not least <= value <= most:
+        raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
 def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64]:

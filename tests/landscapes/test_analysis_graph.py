@@ -3,14 +3,11 @@ import pytest
 
 from softvox_gym import Design
 from softvox_gym.landscapes.analysis import neighbours, symmetry_classes
-from softvox_gym.landscapes.analysis.graph import (
-    checked_fitness,
-    components,
-    distance_to,
-    with_digit,
-)
+from softvox_gym.landscapes.analysis.graph import components, distance_to, with_digit
+from softvox_gym.landscapes.analysis.summary import checked_fitness
 from softvox_gym.landscapes.analysis.symmetry import (
     NAMES,
+    SPREADS,
     broken,
     image,
     members,
@@ -140,27 +137,27 @@ def test_the_symmetries_are_named_for_what_they_do():
 
 def test_a_fitness_that_is_the_same_for_all_of_a_class_has_no_spread():
     values = RNG(2).random(6561)[symmetry_classes()]
-    found = symmetry(values)
-    assert found.sizes == {1: 9, 2: 36, 4: 360, 8: 630}
-    assert set(found.above.values()) == {0}
-    assert found.largest_spread == 0
-    assert found.within == 0
-    assert all(each.largest == 0 for each in broken(values))
+    found = symmetry(values).records()[1]
+    assert found["sizes"] == {1: 9, 2: 36, 4: 360, 8: 630}
+    assert [found[f"above_{limit:g}"] for limit in SPREADS] == [0, 0, 0, 0]
+    assert found["largest_spread"] == found["within"] == 0
+    assert set(broken(values).column("largest")) == {0}
 
 
 def test_one_design_that_travels_otherwise_is_found_in_its_class():
     values = RNG(2).random(6561)[symmetry_classes()]
     turned = Design(6453).rotated().index
     values[turned] += 0.5
-    found = symmetry(values)
-    assert found.largest_in == symmetry_classes()[6453]
-    assert found.largest_spread == pytest.approx(0.5)
-    assert found.above == {0.001: 1, 0.01: 1, 0.1: 1, 1.0: 0}
+    found = symmetry(values).records()[1]
+    assert found["largest_in"] == symmetry_classes()[6453]
+    assert found["largest_spread"] == pytest.approx(0.5)
+    assert [found[f"above_{limit:g}"] for limit in SPREADS] == [1, 1, 1, 0]
     # A half turn takes the design that moved to one that did not, and that one to it.
-    assert broken(values)[1].above == {0.001: 2, 0.01: 2, 0.1: 2, 1.0: 0}
+    half = broken(values).records()[1]
+    assert [half[f"above_{limit:g}"] for limit in SPREADS] == [2, 2, 2, 0]
     size = (symmetry_classes() == symmetry_classes()[6453]).sum()
     # One of `size` equal values moved by h has squared deviations h^2 (1 - 1 / size).
-    assert found.within * values.var() * 6561 == pytest.approx(0.25 * (1 - 1 / size))
+    assert found["within"] * values.var() * 6561 == pytest.approx(0.25 * (1 - 1 / size))
 
 
 def test_the_members_are_the_classes():
@@ -177,8 +174,8 @@ def test_the_mean_within_classes_agrees_with_the_analysis_of_variance():
     sums = np.bincount(classes, weights=values)
     counts = np.bincount(classes)
     means = sums[classes] / counts[classes]
-    found = symmetry(values, reflections=False)
-    assert found.within == pytest.approx(((values - means) ** 2).mean() / values.var())
+    found = symmetry(values).records()[0]
+    assert found["within"] == pytest.approx(((values - means) ** 2).mean() / values.var())
 
 
 def test_a_design_that_diverged_counts_as_zero():

@@ -9,8 +9,8 @@ from softvox_gym.landscapes.analysis.graph import all_digits, distance_to
 from softvox_gym.landscapes.analysis.ruggedness import (
     autocorrelation,
     correlation_length,
-    fitness_distance,
     neutrality,
+    ruggedness,
     variance_by_order,
 )
 
@@ -21,13 +21,14 @@ def fitness():
 
 
 def test_a_cone_correlates_fully_with_the_distance_to_its_top():
-    found = fitness_distance(-2.0 * distance_to(1234))
-    assert found.best == (1234,)
-    assert found.to_best == pytest.approx(-1)
-    assert found.mean_by_distance == tuple(-2.0 * d for d in range(9))
-    images = fitness_distance(-distance_to(np.flatnonzero(symmetry_classes() == 4295)))
-    assert images.best == tuple(np.flatnonzero(symmetry_classes() == 4295))
-    assert images.to_class == pytest.approx(-1)
+    found = ruggedness(-2.0 * distance_to(1234))
+    assert found.facts["fittest"] == [1234]
+    assert found.facts["to_best"] == pytest.approx(-1)
+    assert found.column("mean_fitness") == [-2.0 * d for d in range(1, 9)]
+    class_of_best = np.flatnonzero(symmetry_classes() == 4295)
+    images = ruggedness(-distance_to(class_of_best).astype(float))
+    assert images.facts["fittest"] == class_of_best.tolist()
+    assert images.facts["to_class"] == pytest.approx(-1)
 
 
 def test_the_correlation_with_distance_is_that_over_all_designs_one_by_one(fitness):
@@ -35,7 +36,8 @@ def test_the_correlation_with_distance_is_that_over_all_designs_one_by_one(fitne
     distance = [
         sum(a != b for a, b in zip(Design(i).digits, best, strict=True)) for i in range(6561)
     ]
-    assert fitness_distance(fitness).to_best == pytest.approx(np.corrcoef(distance, fitness)[0, 1])
+    expected = np.corrcoef(distance, fitness)[0, 1]
+    assert ruggedness(fitness).facts["to_best"] == pytest.approx(expected)
 
 
 def test_independent_values_do_not_correlate_and_a_sum_over_sites_falls_in_a_line():
@@ -98,31 +100,29 @@ def test_where_all_are_equal_there_is_nothing_to_correlate():
     same = np.full(6561, 0.1)
     assert autocorrelation(same) is None
     assert variance_by_order(same) is None
-    assert fitness_distance(same).to_best is None
-    assert fitness_distance(same).to_class is None
-    assert len(fitness_distance(same).best) == 6561
-    found = neutrality(same, threshold=0)
-    assert (found.share, found.degree, found.largest_network, found.networks) == (1, 16, 6561, 1)
+    facts = dict(ruggedness(same).facts)
+    assert len(facts.pop("fittest")) == 6561
+    assert set(facts.values()) == {None}
+    assert neutral(same, 0.0) == (1, 16, 6561, 1)
+
+
+def neutral(values, threshold):
+    """Share, degree, largest network and networks of the mutations that change no more."""
+    return neutrality(values, (threshold,)).rows[0][-4:]
 
 
 def test_neutral_pairs_are_counted_once_and_their_networks_followed():
     values = np.arange(6561.0) * 10  # all apart
     values[3], values[4] = values[1], values[1] + 0.05  # 1 - 4 - 3: 1 and 3 are no neighbours
-    assert neutrality(values, threshold=0).share == 0
-    near = neutrality(values, threshold=0.1)
-    assert near.share == 2 / 52488
-    assert near.degree == pytest.approx(2 * 2 / 6561)
-    assert (near.largest_network, near.networks) == (3, 1)
+    assert neutral(values, 0.0)[0] == 0
+    share, degree, largest, networks = neutral(values, 0.1)
+    assert share == 2 / 52488
+    assert degree == pytest.approx(2 * 2 / 6561)
+    assert (largest, networks) == (3, 1)
 
 
 def test_a_change_of_exactly_the_threshold_is_neutral():
     values = 0.5 * distance_to(0)
-    assert neutrality(values, threshold=0.5).share == 1
+    assert neutral(values, 0.5)[0] == 1
     # Only the mutations between passive and active keep the distance: 8 of the 24 pairs of values.
-    assert neutrality(values, threshold=0.49).share == pytest.approx(1 / 3)
-
-
-@pytest.mark.parametrize("threshold", [-0.1, math.nan])
-def test_a_threshold_below_zero_is_refused(fitness, threshold):
-    with pytest.raises(ValueError, match="threshold must be 0 or more voxel widths"):
-        neutrality(fitness, threshold=threshold)
+    assert neutral(values, 0.49)[0] == pytest.approx(1 / 3)

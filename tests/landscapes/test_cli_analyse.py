@@ -7,7 +7,6 @@ from cli_process import snapshot, softvox
 
 from softvox_gym import Physics, simulate
 from softvox_gym.landscapes.analysis import analyse
-from softvox_gym.landscapes.analysis.report import text
 
 #: One cycle, so that all designs take a second.
 SHORT = ("--duration", "0.5")
@@ -35,7 +34,7 @@ def test_the_analysis_is_of_the_landscape_just_simulated(analysed):
     folder, done = analysed
     published = Physics.of({"preset": "published", "duration": 0.5})
     expected = analyse(simulate(np.arange(6561), published).fitness)
-    assert text(expected) in done.stdout
+    assert expected.text() in done.stdout
     read = json.loads((folder / "analysis.json").read_text())
     assert read.items() >= json.loads(json.dumps(expected.to_dict())).items()
 
@@ -71,7 +70,7 @@ def test_without_the_option_the_same_landscape_is_written_and_nothing_more(analy
         folder / "landscape.csv"
     ).read_bytes()
     assert "Analysis" not in plain.stdout
-    assert plain.stdout.splitlines()[-1] == "wrote out/landscape.csv and out/manifest.json"
+    assert plain.stdout.splitlines()[-1] == "wrote into out: landscape.csv, manifest.json"
     assert plain.stdout.splitlines()[:11] == done.stdout.splitlines()[:11]
 
 

@@ -1,9 +1,8 @@
 """A searcher that follows a script, and what is told to it and to others."""
 
 import numpy as np
-from table_answers import FITNESS, info_of
+from table_answers import SPACE, fitness_of, info_of, numbers, rows
 
-from softvox_gym.design import digits_of, indices_of
 from softvox_search.protocol import SearcherBase
 
 
@@ -11,14 +10,14 @@ class Script(SearcherBase):
     """Asks for given batches, one after the other, and writes down what happens to it."""
 
     def __init__(self, *batches, parents=()):
-        super().__init__(np.random.default_rng(0))
+        super().__init__(SPACE, np.random.default_rng(0))
         self.batches = list(batches)
         self.named = list(parents)
         self.events = []
 
     def ask(self, n=None):
         self.events.append(("ask", n))
-        return np.array(self.batches.pop(0)[:n]) if self.batches else np.zeros((0, 8), int)
+        return rows(*self.batches.pop(0)[:n]) if self.batches else rows()
 
     def tell(self, designs, values, info):
         super().tell(designs, values, info)
@@ -27,41 +26,33 @@ class Script(SearcherBase):
 
 class ScriptWithParents(Script):
     def parents(self):
-        return digits_of(np.array(self.named, dtype=int))
+        return rows(*self.named)
 
     def refresh(self, designs, values, info):
         self.events.append(("refresh", *told(designs, values, info)))
 
 
 def told(designs, values, info):
-    assert len(designs) == len(values) == len(info["status"]) == len(info["displacement"])
+    assert len(designs) == len(values) == len(info["diverged"]) == len(info["displacement"])
     np.testing.assert_array_equal(info["displacement"], info_of(designs)["displacement"])
-    return indices_of(designs).tolist(), values.tolist()
+    return numbers(designs), values.tolist()
 
 
-def tell(guarded, designs, values, error=np.nan):
+def tell(searcher, designs, values, error=np.nan):
     info = info_of(designs) | {"standard_error": np.full(len(designs), error)}
-    guarded.tell(designs, np.array(values, dtype=float), info)
+    searcher.tell(designs, np.array(values, dtype=float), info)
 
 
-def numbers(designs):
-    return indices_of(designs).tolist()
-
-
-def to_the_end(guarded, noise, n=None):
+def to_the_end(searcher, noise, n=None):
     """Run a searcher until it asks for nothing more; all that was asked, by number, and told."""
     asked, values = [], []
-    while len(designs := guarded.ask(n)):
+    while len(designs := searcher.ask(n)):
         values.append(noise(designs))
-        tell(guarded, designs, values[-1])
-        asked.append(indices_of(designs))
-    return np.concatenate(asked), np.concatenate(values)
-
-
-def exact(designs):
-    return FITNESS[indices_of(designs)]
+        tell(searcher, designs, values[-1])
+        asked += numbers(designs)
+    return np.array(asked), np.concatenate(values)
 
 
 def noisy(seed, sigma=0.3):
     rng = np.random.default_rng(seed)
-    return lambda designs: exact(designs) + rng.normal(0, sigma, len(designs))
+    return lambda designs: fitness_of(designs) + rng.normal(0, sigma, len(designs))

@@ -8,9 +8,8 @@ import pytest
 
 from softvox_gym import Design
 from softvox_search.conformance import check
-from softvox_search.oracle import SearcherError
-from softvox_search.policies import Guarded, Policy
-from softvox_search.protocol import SearcherBase
+from softvox_search.policies import Policy, PolicySearcher
+from softvox_search.protocol import SearcherBase, SearcherError
 from softvox_search.registry import SEARCHERS, make
 
 #: Evaluations of a run where 200 would take long.
@@ -23,22 +22,22 @@ ALL_SWITCHES = Policy(
 
 @pytest.mark.parametrize("name", SEARCHERS)
 def test_a_searcher_conforms(name):
-    check(partial(make, name), evaluations=FEW.get(name, 200))
+    check(name, evaluations=FEW.get(name, 200))
 
 
 @pytest.mark.parametrize("name", [name for name in SEARCHERS if name not in FEW])
 def test_a_searcher_within_a_policy_conforms(name):
-    def guarded(rng):
-        return Guarded(make(name, rng), ALL_SWITCHES, evaluations=120)
+    def guarded(space, rng):
+        return PolicySearcher(make(name, rng), ALL_SWITCHES, space, evaluations=120)
 
     check(guarded, evaluations=120)
 
 
 @pytest.mark.parametrize("switch", ["running_mean", "reevaluate_parents", "final_stage"])
 def test_a_policy_of_one_switch_conforms(switch):
-    def guarded(rng):
+    def guarded(space, rng):
         policy = Policy(**{switch: True}, finalists=4, resamples=3)
-        return Guarded(make("hill_climber", rng), policy, evaluations=120)
+        return PolicySearcher(make("hill_climber", rng), policy, space, evaluations=120)
 
     check(guarded, evaluations=120)
 
@@ -47,7 +46,7 @@ def test_a_name_is_taken_as_well_and_nothing_else():
     check("random", evaluations=20)
     with pytest.raises(ValueError, match="there is no searcher 'rondom'"):
         check("rondom")
-    with pytest.raises(TypeError, match="make must be the searcher's class, its name, or"):
+    with pytest.raises(TypeError, match="make must be the searcher's class, its name, a function"):
         check(3)
 
 
@@ -59,8 +58,8 @@ class Sound(SearcherBase):
 
 
 class Unseeded(Sound):
-    def __init__(self, rng):
-        super().__init__(np.random.default_rng())
+    def __init__(self, space, rng):
+        super().__init__(space, np.random.default_rng())
 
 
 class DrawsFromRandom(Sound):
@@ -74,8 +73,8 @@ class DrawsFromNumpy(Sound):
 
 
 class SeedsTheGlobalGenerator(Sound):
-    def __init__(self, rng):
-        super().__init__(rng)
+    def __init__(self, space, rng):
+        super().__init__(space, rng)
         random.seed(3)
 
     def ask(self, n=None):
@@ -85,8 +84,8 @@ class SeedsTheGlobalGenerator(Sound):
 class Sharing(Sound):
     known = np.zeros(6561, dtype=bool)
 
-    def __init__(self, rng):
-        super().__init__(rng)
+    def __init__(self, space, rng):
+        super().__init__(space, rng)
         if not self.known.all():  # so that runs one after the other agree
             self.known[:] = False
 
@@ -94,38 +93,6 @@ class Sharing(Sound):
         asked = np.flatnonzero(~self.known)[: n or 5]
         self.known[asked] = True
         return asked
-
-
-class Forgetful(Sound):
-    def state_dict(self):
-        return {"values": self.values.copy()}
-
-    def load_state_dict(self, state):
-        self.values = state["values"].copy()
-
-
-class ForgetsWhatItRecommends(Sound):
-    def state_dict(self):
-        state = super().state_dict()
-        state["values"] = np.full(6561, np.nan)
-        state["values"][:3] = 0
-        return state
-
-
-class GivesItselfAway(Sound):
-    def state_dict(self):
-        return vars(self)
-
-
-class TakesTheStateItself(Sound):
-    def load_state_dict(self, state):
-        vars(self).update(state)
-
-
-class Unpicklable(Sound):
-    def __init__(self, rng):
-        super().__init__(rng)
-        self.key = lambda value: -value
 
 
 class AsksForMore(Sound):
@@ -144,12 +111,6 @@ class ChangesItsMindWhenAskedForAdvice(Sound):
         return super().recommend()
 
 
-class DrawsWhenItsStateIsTaken(Sound):
-    def state_dict(self):
-        self.rng.random()
-        return super().state_dict()
-
-
 class NegatesWhatItIsTold(Sound):
     def tell(self, designs, values, info):
         super().tell(designs, values, info)
@@ -162,7 +123,7 @@ class AdviceOffTheLattice(Sound):
 
 
 class Numb:
-    def __init__(self, rng):
+    def __init__(self, space, rng):
         self.rng = rng
 
     def ask(self, n=None):
@@ -170,8 +131,8 @@ class Numb:
 
 
 class Returns(Sound):
-    def __init__(self, rng, what):
-        super().__init__(rng)
+    def __init__(self, space, rng, what):
+        super().__init__(space, rng)
         self.what = what
 
     def ask(self, n=None):
@@ -190,15 +151,9 @@ def test_a_sound_searcher_conforms():
         (DrawsFromNumpy, "drew from a global random generator"),
         (SeedsTheGlobalGenerator, "drew from a global random generator"),
         (Sharing, "is disturbed by another"),
-        (Forgetful, "resumed at step"),
-        (ForgetsWhatItRecommends, "recommends another design than uninterrupted"),
-        (GivesItselfAway, "its state went along"),
-        (TakesTheStateItself, "loaded a state at step 0 of .*, went on and changed it"),
-        (Unpicklable, "has a state_dict that can't be pickled"),
         (AsksForMore, "returned 5 designs when asked for at most 3"),
         (AsksForNothing, "asked for nothing at all"),
-        (ChangesItsMindWhenAskedForAdvice, "asked for its state and its recommendation, and then"),
-        (DrawsWhenItsStateIsTaken, "asked for its state and its recommendation, and then"),
+        (ChangesItsMindWhenAskedForAdvice, "was asked for its recommendation, and then"),
         (NegatesWhatItIsTold, "changed the arrays that it was told"),
         (Numb, "has no method tell"),
     ],
@@ -220,7 +175,7 @@ def test_illegal_designs_are_found_out(what):
 
 
 def test_advice_off_the_lattice_is_found_out():
-    with pytest.raises(SearcherError, match="AdviceOffTheLattice recommended a design of shape"):
+    with pytest.raises(SearcherError, match="AdviceOffTheLattice recommended what is no design"):
         check(AdviceOffTheLattice)
 
 
@@ -262,5 +217,5 @@ def test_the_check_leaves_the_global_random_states_alone():
 
 
 def test_a_run_of_one_evaluation_is_too_short_to_check():
-    with pytest.raises(ValueError, match="evaluations must be at least 2, got 1"):
+    with pytest.raises(ValueError, match=r"evaluations must be at least 2 .*, got 1"):
         check(Sound, evaluations=1)

@@ -2,22 +2,25 @@
 
 import numpy as np
 import pytest
-from scripted import Script, exact, noisy, numbers, tell, to_the_end
-from table_answers import FITNESS
+from scripted import Script, noisy, tell, to_the_end
+from table_answers import FITNESS, SPACE, fitness_of, numbers
 
 from softvox_gym import Design
-from softvox_search.final_stage import FinalStage
-from softvox_search.policies import Guarded, Policy
+from softvox_search.policies import Policy, PolicySearcher
 from softvox_search.registry import make
 
 NAIVE = Policy()
+
+
+def within(searcher, policy, **options):
+    return PolicySearcher(searcher, policy, SPACE, **options)
 
 
 @pytest.mark.parametrize("n", [None, 7])
 @pytest.mark.parametrize("running_mean", [False, True])
 def test_the_last_evaluations_are_fresh_draws_of_those_believed_best(running_mean, n):
     policy = Policy(running_mean=running_mean, final_stage=True, finalists=5, resamples=6)
-    guarded = Guarded(make("ga", np.random.default_rng(0)), policy, evaluations=300)
+    guarded = within(make("ga", np.random.default_rng(0)), policy, evaluations=300)
     asked, values = to_the_end(guarded, noisy(1), n)
     assert len(asked) == 300
     search, final = np.split(asked, [270])
@@ -39,27 +42,28 @@ def test_the_last_evaluations_are_fresh_draws_of_those_believed_best(running_mea
 def test_the_searcher_within_learns_nothing_of_the_final_stage():
     script = Script([1, 2], [3, 4, 5], [6])
     policy = Policy(final_stage=True, finalists=2, resamples=2)
-    to_the_end(Guarded(script, policy, evaluations=8), exact)
+    to_the_end(within(script, policy, evaluations=8), fitness_of)
     assert [event[1] for event in script.events if event[0] == "tell"] == [[1, 2], [3, 4]]
 
 
 def test_a_search_that_ends_early_goes_on_to_the_final_stage():
     policy = Policy(final_stage=True, finalists=2, resamples=3)
-    guarded = Guarded(Script([700, 800]), policy, evaluations=1000)
-    asked, _ = to_the_end(guarded, exact)
+    guarded = within(Script([700, 800]), policy, evaluations=1000)
+    asked, _ = to_the_end(guarded, fitness_of)
     assert sorted(asked[2:].tolist()) == [700] * 3 + [800] * 3
 
 
 def test_where_fewer_designs_are_known_than_finalists_these_get_all_the_draws():
-    beliefs = np.full(6561, np.nan)
-    beliefs[[7, 3]] = 1.0, 2.0
-    stage = FinalStage.of(beliefs, finalists=5, resamples=3)
-    assert numbers(stage.ask()) == [3, 7] * 7 + [3]
+    guarded = within(
+        Script([7, 3]), Policy(final_stage=True, finalists=5, resamples=3), evaluations=60
+    )
+    tell(guarded, guarded.ask(), [1.0, 2.0])
+    assert numbers(guarded.ask()) == [3, 7] * 7 + [3]
 
 
 def test_a_final_stage_cut_off_counts_once_every_finalist_had_a_draw():
     policy = Policy(final_stage=True, finalists=2, resamples=2)
-    guarded = Guarded(Script([1, 2, 3, 4]), policy, evaluations=8)
+    guarded = within(Script([1, 2, 3, 4]), policy, evaluations=8)
     tell(guarded, guarded.ask(), [1.0, 2.0, 3.0, 4.0])
     assert numbers(guarded.ask()) == [4, 3, 4, 3]
     tell(guarded, guarded.ask(1), [0.0])
@@ -75,14 +79,14 @@ def test_a_final_stage_cut_off_counts_once_every_finalist_had_a_draw():
 
 def test_a_budget_too_small_for_a_final_stage_is_refused():
     searcher = make("ga", np.random.default_rng(0))
-    Guarded(searcher, Policy(final_stage=True), evaluations=160)
+    within(searcher, Policy(final_stage=True), evaluations=160)
     with pytest.raises(ValueError, match=r"leaves fewer than half .* of 159 .* at least 160"):
-        Guarded(searcher, Policy(final_stage=True), evaluations=159)
+        within(searcher, Policy(final_stage=True), evaluations=159)
 
 
 def test_a_final_stage_without_a_budget_is_refused():
     with pytest.raises(ValueError, match="evaluations must be given"):
-        Guarded(make("ga", np.random.default_rng(0)), Policy(final_stage=True))
+        within(make("ga", np.random.default_rng(0)), Policy(final_stage=True))
 
 
 # What they buy
@@ -97,12 +101,13 @@ def outcomes(policy, name="mu_plus_lambda"):
     optimism, regret, finalists = [], [], []
     for seed in range(RUNS):
         searcher = make(name, np.random.default_rng(seed))
-        guarded = Guarded(searcher, policy, evaluations=600)
+        guarded = within(searcher, policy, evaluations=600)
         noise = noisy(1000 + seed, SIGMA)
         if policy.final_stage:
             to_the_end(guarded, noise)
-            stage = guarded._final
-            finalists.extend(stage.means - FITNESS[stage.finalists])
+            finalists.extend(
+                guarded.belief(Design(one)) - FITNESS[one] for one in numbers(guarded._finalists)
+            )
         else:
             for _ in range(15):
                 designs = guarded.ask()

@@ -14,30 +14,30 @@ import numpy as np
 from softvox_search.protocol import SearcherBase
 
 class Mine(SearcherBase):
-    def __init__(self, rng, *, size=4):
-        super().__init__(rng)
+    def __init__(self, space, rng, *, size=4):
+        super().__init__(space, rng)
         self.size = size
 
     def ask(self, n=None):
-        return self.rng.integers(3, size=(self.size, 8))
+        return self.space.random(self.size, self.rng)
 
 class Anything(Mine):
-    def __init__(self, rng, **options):
-        super().__init__(rng, size=sum(options.values()))
+    def __init__(self, space, rng, **options):
+        super().__init__(space, rng, size=sum(options.values()))
 
 class Empty(SearcherBase):
-    def __init__(self, rng):
+    def __init__(self, space, rng):
         raise AssertionError("must not be made")
 
 class Delegates:
-    def __init__(self, rng):
-        self.inner = Mine(rng)
+    def __init__(self, space, rng):
+        self.inner = Mine(space, rng)
 
     def __getattr__(self, name):
         return getattr(self.inner, name)
 
 class Half:
-    def __init__(self, rng):
+    def __init__(self, space, rng):
         pass
 
     def ask(self, n=None):
@@ -68,7 +68,6 @@ def test_a_name_may_stand_for_options(rng):
     first = registry.make("exhaustive", rng).ask(5)
     shuffled = registry.make("exhaustive_shuffled", rng).ask(5)
     assert (first != shuffled).any()
-    assert registry.make("random_with_replacement", rng).replacement is True
 
 
 def test_options_reach_the_searcher(rng):
@@ -123,13 +122,13 @@ def test_a_class_that_takes_any_option_gets_it(rng):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("own_searchers:Nobody", "has no class 'Nobody'"),
-        ("own_searchers:NUMBER", "has no class 'NUMBER'"),
-        ("own_searchers:", "has no class ''"),
+        ("own_searchers:Nobody", "has no class or function 'Nobody'"),
+        ("own_searchers:NUMBER", "has no class or function 'NUMBER'"),
+        ("own_searchers:", "has no class or function ''"),
         ("nowhere.at_all:Mine", "no module 'nowhere'; is its folder on PYTHONPATH"),
         ("own_searchers.deeper:Mine", "no module 'own_searchers.deeper'"),
-        (":Mine", "must be 'package.module:Class'"),
-        (".relative:Mine", "must be 'package.module:Class'"),
+        (":Mine", "must be 'package.module:name'"),
+        (".relative:Mine", "must be 'package.module:name'"),
     ],
 )
 def test_a_place_without_a_class_is_refused_with_the_reason(name, message, rng):
@@ -158,5 +157,15 @@ def test_a_class_may_leave_its_methods_to_another(rng):
 
 @pytest.mark.usefixtures("own")
 def test_a_class_that_is_no_searcher_is_told_what_it_lacks(rng):
-    with pytest.raises(TypeError, match="lacks tell, recommend, state_dict, load_state_dict"):
+    with pytest.raises(TypeError, match="lacks tell, recommend; see"):
         registry.make("own_searchers:Half", rng)
+
+
+@pytest.mark.parametrize("name", registry.SEARCHERS)
+def test_a_sentence_of_the_list_says_what_the_class_does(name):
+    entry = registry.SEARCHERS[name]
+    assert entry.about.endswith(".")
+    same = [other for other in registry.SEARCHERS.values() if other.place == entry.place]
+    if len(same) == 1:
+        said = " ".join((registry.found(name).__doc__ or "").split())
+        assert said.startswith(entry.about)

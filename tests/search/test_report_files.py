@@ -1,7 +1,9 @@
 """The report as files: complete, the same bytes every time, and for the oddest experiments."""
 
-import dataclasses
+import os
 import re
+import subprocess
+import sys
 
 import matplotlib
 import matplotlib.text
@@ -11,8 +13,8 @@ import pytest
 from made_results import FITNESS, random_runs, results, run
 
 import softvox_gym
-from softvox_search.report import canvas, text, write
-from softvox_search.report.results import Results
+from softvox_gym.missing import missing
+from softvox_search.report import figures, style, text, write
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -73,19 +75,19 @@ def test_a_comparison_with_noise_has_both_parts(tmp_path):
 def test_figures_say_at_which_level_and_under_which_policy_searchers_are_compared(
     tmp_path, monkeypatch
 ):
-    figures = []
-    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    drawn = []
+    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     write(tmp_path, results(*random_runs(["a"], 2, 20, levels=(0.5,), policies=("mean", "all"))))
-    titles = [figure.legends[0].get_title().get_text() for figure in figures]
+    titles = [figure.legends[0].get_title().get_text() for figure in drawn]
     assert titles[0] == "Regret in raw terms, noise level 0.5, policy mean"
     assert titles[4] == "Regret at fixed budgets, noise level 0.5, policy mean"
 
 
 def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, monkeypatch):
-    figures = []
-    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    drawn = []
+    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     write(tmp_path, results(run(0, "best", [6453]), run(1, "worst", [0])))
-    figure = figures[-1]  # of fixed budgets
+    figure = drawn[-1]  # of fixed budgets
     figure.draw_without_rendering()
     for axis in figure.axes:
         for line in axis.lines:
@@ -97,11 +99,10 @@ def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, monkeypatch):
 
 def test_the_same_results_give_the_same_bytes(tmp_path):
     made = results(*random_runs(["random", "ga"], 3, 60, levels=(1.0,), policies=("naive",)))
-    shuffled = made.improvements.sample(frac=1, random_state=0)
     contents = []
-    for name, some in (("a", made), ("b", dataclasses.replace(made, improvements=shuffled))):
+    for name in "ab":
         (tmp_path / name).mkdir()
-        contents.append(written(tmp_path / name, some))
+        contents.append(written(tmp_path / name, made))
     assert contents[0] == contents[1]
 
 
@@ -139,21 +140,21 @@ def test_an_experiment_whose_runs_all_failed_says_so(tmp_path):
     made = results(run(0, "a", [0], status="failed"), run(1, "b", [0], status="failed"))
     made.runs[["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
     files = written(tmp_path, made)
-    assert set(files) == {"report.md", "tables/runs.csv", "tables/runs.md"}
-    assert "**2 failed and left out:** run 0 (a), 1 (b)." in files["report.md"].decode()
+    assert set(files) == {"report.md", "tables/runs.csv"}
+    assert "**2 failed and left out.**" in files["report.md"].decode()
 
 
-def test_failed_runs_are_named_beside_finished_ones(tmp_path):
+def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     made = results(run(0, "a", [0]), run(7, "b", [0], status="failed"))
     made.runs.loc[1, ["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
     page = written(tmp_path, made)["report.md"].decode()
     assert "1 finished runs" in page
-    assert "**1 failed and left out:** run 7 (b)." in page
+    assert "**1 failed and left out.**" in page
 
 
 def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
     runs = [*random_runs(["a"], 3, 120), *(run(9 + i, "tpe", range(i, 60)) for i in range(2))]
-    made = results(*runs, budget={"unique": 120, "searchers": {"tpe": {"unique": 60}}})
+    made = results(*runs, budgets={"tpe": {"unique": 60}})
     page = written(tmp_path, made)["report.md"].decode()
     assert "Except tpe: at most 60 unique evaluations each." in page
     rows = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("| tpe")]
@@ -172,7 +173,8 @@ def test_a_searcher_that_ended_early_keeps_its_value_with_a_mark(tmp_path):
 
 
 def test_tables_in_markdown_keep_a_bar_in_a_label():
-    made = text.markdown(pd.DataFrame({"searcher": ["a|b", "c"], "value": ["1.0", "12.0"]}))
+    rows = [[text.escaped("a|b"), "1.0"], ["c", "12.0"]]
+    made = text.markdown(["searcher", "value"], rows)
     assert made == (
         "| searcher | value |\n| -------- | ----: |\n| a\\|b     |   1.0 |\n| c        |  12.0 |\n"
     )
@@ -191,12 +193,141 @@ def test_numbers_say_no_more_than_is_known():
     assert (text.probability(1e-9), text.probability(0.034)) == ("< 0.0001", "0.034")
 
 
-def test_results_that_lack_a_column_are_refused():
-    made = results(run(0, "a", [0]))
-    with pytest.raises(ValueError, match="runs lacks the columns level, digest; it must have run"):
-        Results("", "", {}, made.runs.drop(columns=["level", "digest"]), made.improvements)
-    with pytest.raises(ValueError, match="'ok' or 'failed', got 'lost'"):
-        Results("", "", {}, made.runs.assign(status="lost"), made.improvements)
+def shown_by_markdown(escaped):
+    """Return what a reader sees of an escaped text, or fail where any of it is markup."""
+    assert not re.search(r"[<>]|&(?!#\d+;)|(?<!\\)[*`|~$!]", escaped)
+    plain = re.sub(r"\\([!-/:-@\[-`{-~])", r"\1", escaped)
+    return re.sub(r"&#(\d+);", lambda found: chr(int(found[1])), plain)
+
+
+LABELS = [
+    "$\\frac{1$",
+    "<img src=x onerror=alert(1)>",
+    "[a](javascript:b)",
+    "**a** _b_ __c__ `d` ~e~ # f",
+    "a|b & &amp;",
+    "![x](y)",
+    "random_with_replacement",
+]
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_an_escaped_label_is_shown_as_it_is(label):
+    assert shown_by_markdown(text.escaped(label)) == label
+    assert text.escaped("random_with_replacement") == "random_with_replacement"
+
+
+def test_a_label_is_text_in_figures_and_on_the_page(tmp_path, monkeypatch):
+    drawn = []
+    encoded = style.encoded
+    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or encoded(made))
+    physics, policies = LABELS[:2], LABELS[:1]
+    runs = random_runs(LABELS, 2, 60, physics=physics, levels=(0.0,), policies=policies)
+    page = written(tmp_path, results(*runs, title=LABELS[1]))["report.md"].decode()
+    assert page.startswith(f"# {text.escaped(LABELS[1])}\n")
+    for label in LABELS[:-1]:
+        assert text.escaped(label) in page
+        assert label not in page
+    for figure in drawn:
+        words = figure.findobj(matplotlib.text.Text)
+        assert set(LABELS) <= {word.get_text() for word in words}
+        assert not any(word.get_parse_math() for word in words if word.get_text() in LABELS)
+    assert set(pd.read_csv(tmp_path / "tables" / "runs.csv")["searcher"]) == set(LABELS)
+
+
+def test_an_underscored_label_keeps_its_place_in_a_legend():
+    with style.style():
+        made = style.figure(3, 2)
+        style.legend(made, "title", [style.line("_hidden"), style.line("b")])
+        assert [word.get_text() for word in made.legends[0].get_texts()] == ["_hidden", "b"]
+
+
+def test_a_command_ends_no_block_of_code():
+    assert text.fenced("a ``` b") == "````sh\na ``` b\n````"
+    assert text.fenced("a") == "```sh\na\n```"
+
+
+def test_a_comparison_on_several_problems_has_a_part_for_each_and_one_for_all(tmp_path):
+    shapes = ((2, 2, 2), (3, 3, 3))
+    runs = random_runs(["a", "b"], 3, 60, physics=("published", "other"), shapes=shapes)
+    files = written(tmp_path, results(*runs))
+    check_links(files)
+    page = files["report.md"].decode()
+    for title in (
+        "## Problems",
+        "## Physics published, lattice 2x2x2",
+        "## Physics other, lattice 2x2x2",
+        "## Physics published, lattice 3x3x3",
+        "## All physics, lattice 2x2x2",
+        "### Best fitness over time",
+    ):
+        assert f"\n{title}\n" in page
+    assert "(see *Problems*)" not in page  # the optimum is the same: it is named
+    assert "figures/ecdf_raw_all_2x2x2.png" in files
+    assert "figures/anytime_class_published_3x3x3.png" not in files
+    assert "figures/anytime_raw_published_3x3x3.png" in files
+
+
+def test_the_figures_can_be_drawn_from_the_files_of_the_tables(tmp_path):
+    runs = random_runs(["a", "b"], 3, 60, levels=(0.0, 1.0), policies=("naive", "all"))
+    names = write(tmp_path, results(*runs))
+    with style.style():
+        drawn = figures.draw(text.read(tmp_path / "tables"))
+    assert {f"figures/{name}.png" for name in drawn} == {n for n in names if n.endswith(".png")}
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "nonsense", ""])
+def test_no_backend_of_the_environment_is_needed(backend):
+    code = (
+        "import sys; sys.modules['matplotlib_inline'] = None\n"
+        "from softvox_search.report import style, figures\n"
+        "with style.style(): style.encoded(style.grid(1)[0])\n"
+        "import os, matplotlib\n"
+        "print(os.environ['MPLBACKEND'], 'matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "MPLBACKEND": backend},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == (f"{backend} False\n", "")
+
+
+def test_a_backend_that_there_is_stays_the_users():
+    code = (
+        "from softvox_search.report import style\n"
+        "import matplotlib; print(matplotlib.get_backend())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "MPLBACKEND": "svg"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "svg\n"
+
+
+def test_the_report_is_light_to_import():
+    code = "import sys, softvox_search.report; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert not loaded & {"pandas", "matplotlib", "scipy"}
+
+
+def test_missing_packages_are_named_all_at_once_as_they_are_installed(monkeypatch):
+    for name in ("matplotlib", "PIL"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ModuleNotFoundError) as caught:
+        import matplotlib.figure  # noqa: F401
+    line = missing("figures", caught.value, ["matplotlib", "PIL", "numpy"])
+    assert line == "figures needs matplotlib and pillow: pip install matplotlib pillow"
+    ours = ModuleNotFoundError(name="softvox_search.lost")
+    with pytest.raises(ModuleNotFoundError) as caught:
+        missing("figures", ours)
+    assert caught.value is ours
 
 
 def texts_outside(figure):
@@ -219,10 +350,10 @@ def texts_outside(figure):
 
 @pytest.mark.parametrize("searchers", [["ga"], ["ga", "random"], ["a", "b", "c", "d", "e"]])
 def test_no_text_is_cut_off(tmp_path, monkeypatch, searchers):
-    figures = []
-    monkeypatch.setattr(canvas, "png", lambda made: figures.append(made) or PNG)
+    drawn = []
+    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     runs = random_runs(searchers, 2, 40, levels=(0.0, 1.0), policies=("naive", "all"))
     write(tmp_path, results(*runs))
-    assert len(figures) > 6
-    with canvas.style():
-        assert [texts_outside(figure) for figure in figures] == [[]] * len(figures)
+    assert len(drawn) > 6
+    with style.style():
+        assert [texts_outside(figure) for figure in drawn] == [[]] * len(drawn)

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from softvox_search.report import statistics
 from softvox_search.report.statistics import (
     band,
     compare,
     expected_running_time,
-    fixed_generator,
     holm,
     iqm,
     mean,
     resampled,
+    running_time_band,
 )
 
 
@@ -31,9 +32,10 @@ def test_the_interquartile_mean_leaves_out_a_quarter_at_either_end():
     assert iqm([7.5]) == 7.5
 
 
-def test_a_band_of_the_mean_has_the_width_of_its_standard_error():
+def test_a_band_of_the_mean_has_the_width_of_its_standard_error(monkeypatch):
+    monkeypatch.setattr(statistics, "RESAMPLES", 20_000)
     values = rng().normal(size=400)
-    low, high = band(values, rng=rng(1), statistic=mean, resamples=20_000)
+    low, high = band(values, statistic=mean)
     error = values.std() / np.sqrt(400)
     # The bootstrap distribution is normal here but for O(1/n). A 2.5 % quantile of 20,000 draws
     # has the standard error sqrt(0.025 * 0.975 / 20000) / phi(1.96) = 0.019 standard errors.
@@ -43,7 +45,7 @@ def test_a_band_of_the_mean_has_the_width_of_its_standard_error():
 
 def test_a_band_covers_the_true_value_as_often_as_it_says():
     samples = rng().normal(size=(50, 400))  # 50 runs, 400 experiments; the true value is 0
-    low, high = band(samples, rng=rng(1), resamples=1000)
+    low, high = band(samples)
     covered = np.mean((low <= 0) & (high >= 0))
     # 400 experiments: the standard error of the share is sqrt(0.95 * 0.05 / 400) = 0.011.
     assert covered == pytest.approx(0.95, abs=4 * 0.011)
@@ -51,42 +53,42 @@ def test_a_band_covers_the_true_value_as_often_as_it_says():
 
 def test_a_band_is_the_same_every_time():
     values = rng().normal(size=(20, 3))
-    first, second = (band(values, rng=fixed_generator()) for _ in range(2))
+    first, second = (band(values) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
 def test_a_column_has_the_same_band_alone_as_among_others():
     values = rng().normal(size=(20, 3))
-    together = band(values, rng=fixed_generator())
-    alone = band(values[:, 1], rng=fixed_generator())
+    together = band(values)
+    alone = band(values[:, 1])
     assert (together[0][1], together[1][1]) == (alone[0], alone[1])
 
 
 def test_runs_that_agree_have_a_band_without_width():
-    low, high = band(np.full((10, 2), 0.1), rng=rng())
+    low, high = band(np.full((10, 2), 0.1))
     np.testing.assert_allclose([low, high], 0.1, rtol=1e-15)
 
 
 def test_a_single_run_has_no_band():
-    low, high = band([[1.0, 2.0]], rng=rng())
+    low, high = band([[1.0, 2.0]])
     assert np.isnan([*low, *high]).all()
-    low, high = band([1.0, 2.0, 3.0], rng=rng(), strata=["a", "b", "c"])
+    low, high = band([1.0, 2.0, 3.0], strata=["a", "b", "c"])
     assert np.isnan([low, high]).all()
 
 
 def test_every_stratum_is_drawn_as_often_as_it_has_runs():
     strata = np.array(["a", "b", "a", "c", "a"])
-    drawn = strata[resampled(strata, rng=rng(), resamples=100)]
-    assert drawn.shape == (100, 5)
+    drawn = strata[resampled(strata)]
+    assert drawn.shape == (2000, 5)
     for label, count in (("a", 3), ("b", 1), ("c", 1)):
         assert ((drawn == label).sum(axis=1) == count).all()
 
 
 def test_strata_keep_the_differences_between_searchers_out_of_the_band():
     values = np.concatenate([np.zeros(10), np.ones(10)])
-    low, high = band(values, rng=rng(), statistic=mean, strata=np.repeat([0, 1], 10))
+    low, high = band(values, statistic=mean, strata=np.repeat([0, 1], 10))
     assert (low, high) == (0.5, 0.5)
-    low, high = band(values, rng=rng(), statistic=mean)
+    low, high = band(values, statistic=mean)
     assert low < 0.4 < 0.6 < high
 
 
@@ -108,6 +110,16 @@ def test_the_expected_running_time_estimates_that_of_restarts():
     time = expected_running_time(np.minimum(first, 50), first <= 50)
     # Successes among 100,000 runs: mean 39,500; the estimate is about 100 +- 100 / sqrt(39500).
     assert time == pytest.approx(100, abs=4 * 0.5)
+
+
+def test_the_band_of_a_running_time_reaches_to_infinity_and_has_no_width_without_spread():
+    low, high = running_time_band([3, 9, 9], [True, False, False], strata=np.zeros(3))
+    assert (low, high) == (3, np.inf)
+    # Each problem's runs are drawn among themselves: here all of them are alike.
+    used, problems = [3, 3, 9, 9], ["easy", "easy", "hard", "hard"]
+    band_of_both = running_time_band(used, [True, True, False, False], strata=problems)
+    assert band_of_both == (12, 12)
+    assert np.isnan(running_time_band([3, 9], [True, False], strata=["a", "b"])).all()
 
 
 def test_a12_counts_pairs():

@@ -3,20 +3,29 @@
 import numpy as np
 import pandas as pd
 import pytest
-from made_results import FITNESS, OPTIMUM, random_runs, results, run
+from made_results import FITNESS, OPTIMUM, VALUES, random_runs, results, run
 
 import softvox_gym
-from softvox_search.report import recommendations, tables
-from softvox_search.report.cells import cells_of, sections_of
-from softvox_search.report.curves import TARGETS, ecdf, hard_targets, positions, targets
+from softvox_gym import Design
+from softvox_search.report import noise, tables
+from softvox_search.report.curves import (
+    TARGETS,
+    best,
+    ecdf,
+    finished,
+    first_at,
+    improvements,
+    positions,
+    targets,
+)
 from softvox_search.report.statistics import compare
+from softvox_search.report.truth import exact_fitness
 
 BEST, SECOND, TURNED, STILL = 6453, 4295, 5757, 0
 
 
-def section_of(*runs, **options):
-    (section,) = sections_of(cells_of(results(*runs, **options)))
-    return section
+def made(*runs, **options):
+    return tables.make(results(*runs, **options))
 
 
 def rows_of(table, **where):
@@ -30,51 +39,98 @@ def row_of(table, **where):
     return row
 
 
+def below(curves, at):
+    return OPTIMUM - best(curves, np.array(at))
+
+
+def test_improvements_are_those_that_a_plain_loop_finds():
+    rng = np.random.default_rng(0)
+    designs = rng.integers(0, 6561, 3000)
+    is_new = np.zeros(3000, dtype=bool)
+    is_new[np.unique(designs, return_index=True)[1]] = True
+    at = np.cumsum(is_new)
+    largest, expected = -np.inf, []
+    for unique, fitness in zip(at, FITNESS[designs], strict=True):
+        if fitness > largest:
+            largest = fitness
+            expected.append((unique, fitness))
+    assert len(expected) > 3
+    assert list(zip(*improvements(at, FITNESS[designs]), strict=True)) == expected
+
+
+def test_the_first_evaluation_counts_even_where_nothing_moves():
+    curve = improvements(np.array([1, 2, 3]), np.zeros(3))
+    assert [list(values) for values in curve] == [[1], [0]]
+    assert [len(values) for values in improvements(np.zeros(0, int), np.zeros(0))] == [0, 0]
+
+
+def test_class_terms_give_every_pose_of_a_robot_the_best_of_them():
+    exact = exact_fitness()
+    for number in np.random.default_rng(0).integers(0, 6561, 50):
+        turned = [Design(int(number)).rotated(k) for k in range(4)]
+        poses = [pose.index for pose in turned + [pose.mirrored() for pose in turned]]
+        assert set(exact["class"][poses]) == {exact["raw"][poses].max()}
+
+
+def test_a_turned_optimum_has_regret_in_raw_terms_only():
+    assert Design(BEST).canonical() == Design(TURNED).canonical()
+    runs = finished(results(run(0, "a", [STILL, TURNED])))
+    assert below(runs["raw"], [2]) == pytest.approx(0.754, abs=0.0005)
+    np.testing.assert_array_equal(below(runs["class"], [1, 2]), [[OPTIMUM, 0]])
+
+
 def test_a_run_keeps_its_best_value_and_has_none_before_it_begins():
-    (cell,) = section_of(run(0, "a", [STILL, TURNED, STILL, SECOND])).cells
-    best = cell.best("raw", np.array([0, 1, 2, 3, 4, 9]))
-    np.testing.assert_array_equal(best, [FITNESS[[0, 0, TURNED, TURNED, SECOND, SECOND]]])
-    np.testing.assert_array_equal(cell.regret("class", np.array([1, 2])), [[OPTIMUM, 0]])
+    runs = finished(results(run(0, "a", [STILL, TURNED, STILL, SECOND])))
+    values = best(runs["raw"], np.array([0, 1, 2, 3, 4, 9]))
+    np.testing.assert_array_equal(values, [FITNESS[[0, 0, TURNED, TURNED, SECOND, SECOND]]])
 
 
-def test_a_hit_is_the_first_evaluation_that_reaches_the_target():
-    (cell,) = section_of(run(0, "a", [STILL, SECOND, BEST]), run(1, "a", [STILL] * 3)).cells
-    np.testing.assert_array_equal(cell.hit("raw", 0.99 * OPTIMUM), [2, np.inf])
-    np.testing.assert_array_equal(cell.hit("raw", OPTIMUM), [3, np.inf])
+def test_a_target_is_reached_by_the_first_evaluation_that_is_as_good():
+    runs = finished(results(run(0, "a", [STILL, SECOND, BEST]), run(1, "a", [STILL] * 3)))
+    for share, first in ((0.99, 2), (1, 3)):
+        at = first_at(runs["raw"], share * runs["goal"])
+        np.testing.assert_array_equal(at, [first, np.inf])
 
 
 def test_curves_agree_with_the_log_at_every_place():
     orders = np.random.default_rng(0).permuted(np.tile(np.arange(6561), (4, 1)), axis=1)
-    (cell,) = section_of(*(run(i, "a", order) for i, order in enumerate(orders))).cells
+    runs = finished(results(*(run(i, "a", order) for i, order in enumerate(orders))))
     at = positions(6561)
     assert (at[0], at[-1]) == (1, 6561)
     expected = [[FITNESS[order[:place]].max() for place in at] for order in orders]
-    np.testing.assert_array_equal(cell.best("raw", at), expected)
+    np.testing.assert_array_equal(best(runs["raw"], at), expected)
 
 
 def test_the_distribution_of_runtimes_counts_pairs_of_runs_and_targets():
     regret = OPTIMUM - np.random.default_rng(0).choice(FITNESS, size=(7, 5))
     regret[0, 0] = 0
-    regret[1, 1] = targets()[20]  # a target counts as reached where it is met exactly
+    regret[1, 1] = targets(OPTIMUM)[20]  # a target counts as reached where it is met exactly
     expected = [
-        sum(regret[i, j] <= target for i in range(7) for target in targets()) / (7 * TARGETS)
+        sum(regret[i, j] <= target for i in range(7) for target in targets(OPTIMUM)) / (7 * TARGETS)
         for j in range(5)
     ]
-    np.testing.assert_allclose(ecdf(regret), expected, rtol=1e-14)
+    np.testing.assert_allclose(ecdf(regret, [OPTIMUM] * 7), expected, rtol=1e-14)
 
 
 def test_the_hardest_target_is_met_by_the_optimum_alone_and_the_easiest_by_all():
     regret = np.sort(OPTIMUM - FITNESS)
-    assert regret[0] <= targets()[-1] < regret[1]
-    assert targets()[0] >= regret[-1]
+    assert regret[0] <= targets(OPTIMUM)[-1] < regret[1]
+    assert targets(OPTIMUM)[0] >= regret[-1]
+    row = row_of(made(run(0, "a", [STILL]))["problems"])
+    assert (row["known"], row["goal"], row["finest"]) == (True, OPTIMUM, 1)
     # At most four designs meet a target: the four poses of the best robot in class terms.
-    met = [np.sum(regret <= target) for target in targets()]
-    assert hard_targets(4) == sum(count <= 4 for count in met)
+    met = [np.sum(exact_fitness()["class"] >= OPTIMUM - target) for target in targets(OPTIMUM)]
+    assert row["hard"] == sum(count <= 4 for count in met)
+
+
+def test_targets_follow_a_small_goal_and_none():
+    assert targets(0.5)[-1] == 0.005
+    np.testing.assert_array_equal(targets(0.0), 0)
 
 
 def test_fixed_budgets_hold_the_last_value_and_say_how_many_runs_got_there():
     runs = [run(0, "a", [STILL] * 49 + [BEST] + [STILL] * 60), run(1, "a", [TURNED] * 60)]
-    table = tables.fixed_budget(section_of(*runs, budget={"unique": 110}))
+    table = made(*runs)["fixed_budget"]
     assert sorted(set(table["budget"])) == [50, 100, 110]
     row = row_of(table, terms="raw", budget=100)
     assert (row["runs"], row["reached"], row["success"]) == (2, 0.5, 0.5)
@@ -85,20 +141,24 @@ def test_fixed_budgets_hold_the_last_value_and_say_how_many_runs_got_there():
 
 def test_fixed_budgets_are_empty_where_a_searchers_own_budget_is_smaller():
     runs = [run(0, "a", [STILL] * 100), run(1, "short", [STILL] * 60)]
-    budget = {"unique": 100, "searchers": {"short": {"unique": 60}}}
-    section = section_of(*runs, budget=budget)
-    table = tables.fixed_budget(section)
-    short = rows_of(table, searcher="short", terms="raw")
+    found = made(*runs, budgets={"short": {"unique": 60}})
+    short = rows_of(found["fixed_budget"], searcher="short", terms="raw")
     assert list(short["iqm"].isna()) == [False, True]
-    assert not rows_of(table, searcher="a")["iqm"].isna().any()
-    assert set(tables.pairs(section)["budget"]) == {50}
+    assert not rows_of(found["fixed_budget"], searcher="a")["iqm"].isna().any()
+    assert set(found["pairs"]["budget"]) == {50}
 
 
-def test_the_nominal_budget_limits_the_unique_evaluations_as_well():
-    (cell,) = section_of(
-        run(0, "a", [STILL]), budget={"unique": 100, "evaluations": 80, "steps": None}
-    ).cells
-    assert cell.limit == 80
+@pytest.mark.parametrize(
+    ("budget", "limit"),
+    [
+        ({"unique": 100, "evaluations": 80, "steps": None}, 80),
+        ({"cpu_seconds": 3.0}, 1),
+        ({"unique": 100}, 100),
+    ],
+)
+def test_unique_evaluations_are_limited_by_whatever_the_budget_states(budget, limit):
+    runs = finished(results(run(0, "a", [STILL]), budgets={"a": budget}))
+    assert list(runs["limit"]) == [limit]
 
 
 def test_fixed_targets_have_the_expected_running_time():
@@ -107,24 +167,25 @@ def test_fixed_targets_have_the_expected_running_time():
         run(1, "a", [STILL] * 7),
         run(2, "a", [BEST, STILL]),
     ]
-    table = tables.fixed_target(section_of(*runs))
+    table = made(*runs)["fixed_target"]
     row = row_of(table, terms="raw", target=1.0)
-    assert (row["runs"], row["hits"], row["success"]) == (3, 2, 2 / 3)
+    assert (row["runs"], row["successes"], row["success"]) == (3, 2, 2 / 3)
     assert row["ert"] == (4 + 7 + 1) / 2
     assert row["median"] == 2.5
     assert row["low"] <= row["ert"] <= row["high"]
     assert row_of(table, terms="raw", target=0.99)["ert"] == (3 + 7 + 1) / 2
     assert row_of(table, terms="raw", target=0.95)["fitness"] == 0.95 * OPTIMUM
+    assert list(table["designs"]) == [2, 2, 1, 4, 4, 4]
 
 
 def test_a_target_that_no_run_reached_takes_infinitely_long():
-    table = tables.fixed_target(section_of(run(0, "a", [STILL]), run(1, "a", [STILL])))
+    table = made(run(0, "a", [STILL]), run(1, "a", [STILL]))["fixed_target"]
     assert np.isinf(table[["ert", "low", "high"]]).all(axis=None)
     assert table["median"].isna().all()
 
 
 def test_the_expected_running_time_of_random_order_is_that_of_theory():
-    table = tables.fixed_target(section_of(*random_runs(["random"], 400, 6561)))
+    table = made(*random_runs(["random"], 400, 6561))["fixed_target"]
     # Drawn without replacement the first of k is at 6562 / (k + 1) on average.
     for terms, target, k in (("raw", 1.0, 1), ("raw", 0.99, 2), ("class", 1.0, 4)):
         expected = 6562 / (k + 1)
@@ -136,20 +197,22 @@ def test_the_expected_running_time_of_random_order_is_that_of_theory():
 
 
 def test_pairs_compare_best_values_and_adjust_all_pairs_of_a_budget():
-    runs = random_runs(["a", "b", "c"], 12, 60)
-    section = section_of(*runs)
-    table = tables.pairs(section)
+    some = results(*random_runs(["a", "b", "c"], 12, 60))
+    table = tables.make(some)["pairs"]
     assert len(table) == 2 * 2 * 3  # terms, budgets 50 and 60, pairs
-    best = {cell.searcher: cell.best("raw", np.array([50]))[:, 0] for cell in section.cells}
+    values = {
+        name: best(own["raw"], np.array([50]))[:, 0]
+        for name, own in finished(some).groupby("searcher")
+    }
     here = rows_of(table, terms="raw", budget=50)
     row = row_of(here, a="a", b="c")
-    assert (row["u"], row["p"], row["a12"]) == compare(best["a"], best["c"])
+    assert (row["u"], row["p"], row["a12"]) == compare(values["a"], values["c"])
     smallest = here.sort_values("p").iloc[0]
     assert smallest["p_holm"] == min(1, 3 * smallest["p"])
 
 
 def test_anytime_has_a_row_for_every_place_and_its_band_holds_the_curve():
-    table = tables.anytime(section_of(*random_runs(["a", "b"], 8, 200)))
+    table = made(*random_runs(["a", "b"], 8, 200))["anytime"]
     assert len(table) == 2 * 2 * len(positions(200))
     assert (table["low"] <= table["iqm"]).all()
     assert (table["iqm"] <= table["high"]).all()
@@ -159,22 +222,102 @@ def test_anytime_has_a_row_for_every_place_and_its_band_holds_the_curve():
 
 
 def test_failed_runs_are_counted_and_left_out():
-    made = results(
+    some = results(
         run(0, "a", [BEST]), run(1, "a", [STILL], status="failed"), run(2, "b", [STILL, STILL])
     )
-    assert row_of(tables.overview(made), searcher="a")["failed"] == 1
-    cells = cells_of(made)
-    assert [(cell.searcher, len(cell.run)) for cell in cells] == [("a", 1), ("b", 1)]
+    assert row_of(tables.overview(some.runs), searcher="a")["failed"] == 1
+    assert list(finished(some)["searcher"]) == ["a", "b"]
 
 
 def test_levels_are_compared_one_by_one_under_the_first_policy():
-    made = results(*random_runs(["a", "b"], 2, 20, levels=(1.0, 0.0), policies=("naive", "all")))
-    sections = sections_of(cells_of(made))
-    assert [(section.level, section.policy) for section in sections] == [
-        (0.0, "naive"),
-        (1.0, "naive"),
+    found = made(*random_runs(["a", "b"], 2, 20, levels=(1.0, 0.0), policies=("naive", "all")))
+    assert found["problems"][["level", "policy"]].to_numpy().tolist() == [
+        [0.0, "naive"],
+        [1.0, "naive"],
     ]
-    assert all(len(section.cells) == 2 for section in sections)
+    assert set(found["anytime"]["searcher"]) == {"a", "b"}
+    assert set(found["anytime"]["policy"]) == {"naive"}
+
+
+@pytest.fixture(scope="module")
+def brief(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOFTVOX_CACHE", str(tmp_path_factory.mktemp("cache")))
+        return exact_fitness(VALUES["brief"])["raw"]
+
+
+def test_every_physics_has_its_own_optimum(brief):
+    fittest = int(brief.argmax())
+    assert fittest != BEST
+    runs = [run(0, "a", [STILL, BEST]), run(1, "a", [BEST, fittest], physics="brief")]
+    found = made(*runs)
+    assert list(found["problems"]["goal"]) == [
+        OPTIMUM,
+        brief.max(),
+        pytest.approx(np.nan, nan_ok=True),
+    ]
+    regret = rows_of(found["fixed_budget"], physics="brief", terms="raw", measure="regret")
+    assert list(regret["mean"]) == [0]
+    first = rows_of(found["anytime"], physics="brief", terms="raw", unique=1)
+    assert list(first["iqm"]) == [brief.max() - brief[BEST]]
+
+
+def test_running_times_and_targets_are_pooled_over_physics(brief):
+    fittest = int(brief.argmax())
+    runs = [
+        run(0, "a", [STILL, BEST]),
+        run(1, "a", [STILL, STILL, STILL]),
+        run(2, "a", [STILL, STILL, STILL, fittest], physics="brief"),
+        run(3, "b", [BEST]),  # not put to the other physics
+    ]
+    found = made(*runs)
+    row = row_of(found["fixed_target"], physics="", terms="raw", target=1.0)
+    assert (row["searcher"], row["runs"], row["successes"]) == ("a", 3, 2)
+    assert row["ert"] == (2 + 3 + 4) / 2
+    curve = rows_of(found["anytime"], physics="", terms="raw")
+    assert set(curve["searcher"]) == {"a"}
+    assert row_of(curve, unique=4)["ecdf"] == pytest.approx((2 + 1 / TARGETS) / 3)  # still: easiest
+    assert curve["iqm"].isna().all()
+    assert not len(rows_of(found["fixed_budget"], physics=""))
+    assert not len(rows_of(found["pairs"], physics=""))
+
+
+def test_where_no_optimum_is_known_the_best_found_so_far_counts():
+    shape = (3, 3, 3)
+    runs = [
+        run(0, "a", [5, 6, 7], shape=shape, fitness=[1.0, 3.0, 2.0]),
+        run(1, "a", [5, 6, 7], shape=shape, fitness=[1.0, 1.0, 4.0]),
+        run(2, "b", [8], shape=shape, fitness=[2.0]),
+    ]
+    found = made(*runs)
+    row = row_of(found["problems"])
+    assert (row["known"], row["goal"], row["shape"]) == (False, 4.0, "3x3x3")
+    assert set(found["anytime"]["terms"]) == {"raw"}  # of turned designs nothing is known
+    values = rows_of(found["anytime"], searcher="a", measure="best")
+    assert list(values["iqm"]) == [1.0, 2.0, 3.5]
+    row = row_of(found["fixed_target"], searcher="a", target=1.0)
+    assert (row["fitness"], row["successes"], row["ert"]) == (4.0, 1, 6.0)
+    assert np.isnan(row["designs"])
+    assert set(rows_of(found["fixed_budget"], searcher="b")["success"]) == {0.0}
+
+
+def test_designs_of_any_size_can_be_recommended_where_nothing_is_known():
+    designs = np.array(["0" * 64, "1" * 64], dtype=object)
+    runs = run(0, "a", designs, shape=(4, 4, 4), level=1.0, fitness=[0.0, 1.5], believed=1.5)
+    found = made(runs, run(1, "a", [BEST], level=0.0, believed=4.0))
+    row = row_of(found["recommendations"], shape="4x4x4")
+    assert row["recommended"] == "1" * 64
+    assert np.isnan(row["true_regret"])
+    assert row_of(found["recommendations"], shape="2x2x2")["true_regret"] == 0
+
+
+def test_files_of_problems_have_names_of_their_own_whatever_the_labels(monkeypatch):
+    labels = ("published", "a/b", "a b", "ALL", "all", "../x", "é")
+    found = made(*(run(i, "s", [STILL], physics=label) for i, label in enumerate(labels)))
+    names = list(found["problems"]["name"])
+    assert len({name.lower() for name in names}) == len(labels) + 1
+    assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_.-") for name in names)
+    assert names[0] == "_published"
 
 
 @pytest.fixture
@@ -193,40 +336,42 @@ def halved(monkeypatch):
 
 @pytest.mark.usefixtures("halved")
 def test_recommendations_are_held_against_the_truth_at_their_level():
-    made = results(
+    found = made(
         run(0, "a", [BEST], level=0.0, believed=4.7),
         run(1, "a", [TURNED], level=1.0, believed=2.5),
     )
-    frame, notes = recommendations.recommendations(cells_of(made))
-    exact = row_of(frame, run=0)
+    frame = found["recommendations"]
+    exact = row_of(frame, level=0.0)
     assert (exact["true_value"], exact["true_regret"]) == (OPTIMUM, 0)
     assert exact["optimism"] == 4.7 - OPTIMUM
-    noisy = row_of(frame, run=1)
+    noisy = row_of(frame, level=1.0)
     assert noisy["true_value"] == FITNESS[TURNED] / 2
     assert noisy["true_regret"] == (OPTIMUM - FITNESS[TURNED]) / 2
     assert noisy["optimism"] == 2.5 - FITNESS[TURNED] / 2
-    assert notes == [
-        "Level 0: the best is design 6453, 4.6573 (exact).",
-        "Level 1: the best is design 6453, 2.3286 ± 0.1000 (standard error).",
+    assert list(found["problems"]["truth"]) == [
+        "the best is design 6453, 4.6573 (exact)",
+        "the best is design 6453, 2.3286 ± 0.1000 (standard error)",
     ]
 
 
 @pytest.mark.usefixtures("halved")
 def test_a_level_that_nobody_measured_is_left_empty_with_a_note():
-    made = results(*random_runs(["a"], 3, 5, levels=(9.0,)))
-    frame, notes = recommendations.recommendations(cells_of(made))
+    found = made(*random_runs(["a"], 3, 5, levels=(9.0,)))
+    frame = found["recommendations"]
     assert frame[["true_value", "true_regret", "optimism"]].isna().all(axis=None)
-    assert notes == [
-        "Level 9: no true values (no landscape at noise level 9; there are levels 0, 1)."
+    assert list(found["problems"]["truth"]) == [
+        "no true values (no landscape at noise level 9; there are levels 0, 1)"
     ]
-    summary = recommendations.by_searcher(frame)
+    summary = found["noise_searchers"]
     assert (summary["known"] == 0).all()
     assert summary["true_regret"].isna().all()
 
 
 def judged(rows):
     names = ["level", "policy", "searcher", "true_regret", "optimism"]
-    return pd.DataFrame(rows, columns=names).assign(true_value=1.0)
+    return pd.DataFrame(rows, columns=names).assign(
+        physics="published", shape="2x2x2", true_value=1.0
+    )
 
 
 def test_policies_are_compared_with_the_naive_one_level_by_level():
@@ -241,7 +386,7 @@ def test_policies_are_compared_with_the_naive_one_level_by_level():
             for _ in range(10)
         ]
     )
-    table = recommendations.by_policy(frame)
+    table = noise.by_policy(frame)
     for level in (0.5, 1.0):
         here = rows_of(frame, level=level)
         naive = rows_of(here, policy="naive")["true_regret"]
@@ -261,13 +406,13 @@ def test_policies_are_compared_with_the_naive_one_level_by_level():
 
 def test_the_band_of_a_policy_leaves_out_the_differences_between_searchers():
     frame = judged([(1.0, "", name, value, value) for name, value in [("a", 0), ("b", 1)] * 5])
-    (row,) = recommendations.by_policy(frame).to_dict("records")
+    (row,) = noise.by_policy(frame).to_dict("records")
     assert row["optimism"] == row["optimism_low"] == row["optimism_high"] == 0.5
 
 
 def test_runs_without_a_true_value_are_left_out_and_counted():
     frame = judged([(1.0, "", "a", 0.2, 0.1), (1.0, "", "a", np.nan, np.nan)])
     frame.loc[1, "true_value"] = np.nan
-    (row,) = recommendations.by_searcher(frame).to_dict("records")
+    (row,) = noise.by_searcher(frame).to_dict("records")
     assert (row["runs"], row["known"]) == (2, 1)
     assert (row["true_regret"], row["optimism"]) == (0.2, 0.1)

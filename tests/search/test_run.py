@@ -3,13 +3,13 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+from table_answers import SPACE, info_of, numbers, rows
 
-from softvox_gym import TABLE_ENV_ID, Design, landscape
-from softvox_gym.design import digits_of, indices_of
+from softvox_gym import TABLE_ENV_ID, Design
 from softvox_search.log import digest
-from softvox_search.oracle import Budget, Oracle, SearcherError
-from softvox_search.protocol import SearcherBase
-from softvox_search.run import recommended, run
+from softvox_search.oracle import Budget, Oracle
+from softvox_search.protocol import SearcherBase, SearcherError, best_of, keys_of, rows_of
+from softvox_search.run import believed, recommended, run
 
 
 def table(n):
@@ -20,7 +20,7 @@ class Drawing(SearcherBase):
     """Draws batches of seven and remembers how it was told."""
 
     def __init__(self, rng):
-        super().__init__(rng)
+        super().__init__(SPACE, rng)
         self.told = []
 
     def ask(self, n=None):
@@ -33,7 +33,7 @@ class Drawing(SearcherBase):
 
 class Scripted(SearcherBase):
     def __init__(self, *batches, advice=None):
-        super().__init__(np.random.default_rng(0))
+        super().__init__(SPACE, np.random.default_rng(0))
         self.batches = list(batches)
         self.advice = advice
 
@@ -50,9 +50,7 @@ def test_a_run_ends_with_the_budget_and_tells_what_was_evaluated_of_the_last_bat
     design = run(searcher, oracle)
     assert [len(designs) for designs, _ in searcher.told] == [7, 7, 7, 4]
     log = oracle.log.columns()
-    np.testing.assert_array_equal(
-        log["design"], indices_of(np.concatenate([designs for designs, _ in searcher.told]))
-    )
+    assert log["design"].tolist() == numbers(np.concatenate([one for one, _ in searcher.told]))
     np.testing.assert_array_equal(
         log["fitness"], np.concatenate([values for _, values in searcher.told])
     )
@@ -80,7 +78,10 @@ def test_a_run_ends_where_nothing_more_is_asked(nothing):
     [
         ([6561], "returned what are no designs: design index 6561 is outside"),
         (np.full((1, 8), np.nan), "returned what are no designs"),
-        (np.ones((1, 3, 2, 2), dtype=int), "returned designs on a lattice of"),
+        (
+            np.ones((1, 3, 2, 2), dtype=int),
+            "returned what are no designs: designs must be an array",
+        ),
     ],
 )
 def test_illegal_designs_end_a_run_with_an_error_that_names_the_searcher(illegal, message):
@@ -95,7 +96,10 @@ def test_illegal_designs_end_a_run_with_an_error_that_names_the_searcher(illegal
     [
         (6561, "recommended what is no design"),
         (np.nan, "recommended what is no design"),
-        (Design([1], shape=(1, 1, 1)), "recommended a design of shape"),
+        (
+            Design([1], shape=(1, 1, 1)),
+            "recommended what is no design of 2x2x2: design has",
+        ),
     ],
 )
 def test_an_illegal_recommendation_is_an_error_that_names_the_searcher(advice, message):
@@ -105,30 +109,37 @@ def test_an_illegal_recommendation_is_an_error_that_names_the_searcher(advice, m
 
 @pytest.mark.parametrize("form", [6453, "00021222", np.array([0, 0, 0, 2, 1, 2, 2, 2])], ids=str)
 def test_a_recommendation_may_have_every_form_of_a_design(form):
-    assert recommended(form) == Design(6453)
+    assert recommended(form, SPACE) == Design(6453)
 
 
 def test_the_value_told_last_counts_for_the_recommendation():
     searcher = Scripted()
-    info = {
-        "displacement": np.zeros((2, 3)),
-        "status": np.array(["ok", "ok"]),
-        "standard_error": np.full(2, np.nan),
-    }
-    rows = digits_of(np.array([10, 20]))
-    searcher.tell(rows, np.array([5.0, 1.0]), info)
+    designs = rows(10, 20)
+    searcher.tell(designs, np.array([5.0, 1.0]), info_of(designs))
     assert searcher.recommend() == Design(10)
-    searcher.tell(rows, np.array([0.5, 1.0]), info)
+    searcher.tell(designs, np.array([0.5, 1.0]), info_of(designs))
     assert searcher.recommend() == Design(20)
+    assert searcher.best.tolist() == rows(20)[0].tolist()
+    assert searcher.known(rows(10, 30)).tolist()[0] == 0.5
+    assert np.isnan(searcher.known(rows(10, 30))[1])
 
 
 def test_nothing_can_be_recommended_before_anything_is_known():
+    assert Scripted().best is None
     with pytest.raises(ValueError, match="nothing to recommend"):
         Scripted().recommend()
 
 
-def test_design_numbers_and_rows_of_digits_are_each_others_inverse():
-    numbers = np.arange(6561)
-    np.testing.assert_array_equal(indices_of(digits_of(numbers)), numbers)
-    assert Design(digits_of(numbers)[6453]).index == 6453
-    assert landscape()["digits"][6453] == "".join(map(str, digits_of(numbers)[6453]))
+def test_of_equally_good_designs_the_first_by_number_is_recommended():
+    keys = keys_of(rows(700, 6, 3000, 9))
+    assert best_of(dict(zip(keys, [2.0, 2.0, 2.0, 1.0], strict=True))) == keys[1]
+    np.testing.assert_array_equal(rows_of(keys, SPACE), rows(700, 6, 3000, 9))
+
+
+def test_a_searcher_without_a_policy_believes_what_it_was_told_last():
+    oracle = Oracle(table, Budget(evaluations=3))
+    searcher = Scripted([3, 6453, 3])
+    design = run(searcher, oracle)
+    log = oracle.log.columns()
+    assert believed(searcher, design, log) == log["fitness"][1]
+    assert believed(searcher, Design(5), log) is None

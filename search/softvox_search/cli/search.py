@@ -16,16 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
-from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.noisy import LEVELS
+from softvox_gym.lattice import Lattice
 from softvox_gym.progress import Progress
 from softvox_search.cli import listing
 from softvox_search.cli.own_code import look_in, prints_aside
 
 if TYPE_CHECKING:
-    from softvox_search.experiment.config import Experiment
-    from softvox_search.single import Found
+    from softvox_search.single import SearchResult
 
 BUDGET = 500
 
@@ -34,7 +33,8 @@ KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 DESCRIPTION = """\
 Let a searcher look for the fittest robot, and hold what it recommends against
 all 6561: its fitness, its regret (what it lacks to the best), its rank, when
-it was found, and a picture of it after its run.
+it was found, and a picture of it after its run. On another lattice, --shape,
+the best is not known, and regret and rank are left out.
 
 With --noise every evaluation is a fresh draw; "believed" is then what the
 searcher thinks that its recommendation is worth. The switches against luck
@@ -44,9 +44,9 @@ The picture goes to search-NAME-SEED.png, under noise to
 search-NAME-SEED-noise-LEVEL.png, in place of an earlier one, unless --picture
 names another file.
 
-A searcher of your own, --searcher package.module:Class, is looked for among
-what is installed, on PYTHONPATH and in the current folder. What it prints goes
-to standard error.
+A searcher of your own, --searcher package.module:name, is a class with ask or a
+function f(evaluate, space, rng). It is looked for among what is installed, on
+PYTHONPATH and in the current folder. What it prints goes to standard error.
 """
 
 
@@ -60,7 +60,7 @@ def add_parser(commands: Any) -> None:
     )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--searcher", metavar="NAME", help="from --list, or your own as package.module:Class"
+        "--searcher", metavar="NAME", help="from --list, or your own as package.module:name"
     )
     what.add_argument("--list", action="store_true", help="list the searchers with their options")
     parser.add_argument(
@@ -69,6 +69,14 @@ def add_parser(commands: Any) -> None:
         default=[],
         metavar="KEY=VALUE",
         help="of the searcher, as in TOML; may be given several times",
+    )
+    parser.add_argument(
+        "--shape",
+        type=whole_number,
+        nargs=3,
+        default=(2, 2, 2),
+        metavar=("NX", "NY", "NZ"),
+        help="the lattice (default: 2 2 2)",
     )
     parser.add_argument(
         "--seed", type=_seed, default=0, metavar="N", help="of all random numbers (default: 0)"
@@ -149,31 +157,26 @@ def _search(args: Namespace) -> int:
     _check_files(args, picture)
     with _one_line():
         with prints_aside():
-            experiment = _experiment(args)
+            options = _search_options(args)
             with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
-                found = single.search(experiment, progress=progress)
-        table = single.table(found.columns, args.out.suffix) if args.out else b""
+                result = single.search(args.searcher, **options, progress=progress)
+        table = single.table(result.columns, args.out.suffix) if args.out else b""
     if args.out:
         with bad_input("--out"):
             write_file(args.out, table, force=args.force)
     if picture:
         with bad_input("--picture"):
-            image = single.picture(experiment, found.design)
+            image = single.picture(result.design, options["physics"])
             write_file(picture, image, force=args.force or not args.picture)
-    print(as_json(found, picture) if args.json else as_text(found, picture))
+    print(as_json(result, picture) if args.json else as_text(result, picture))
     return 0
 
 
-def _experiment(args: Namespace) -> Experiment:
-    """Return the search as an experiment of one run."""
-    from softvox_search import single
+def _search_options(args: Namespace) -> dict[str, Any]:
+    """Return the search as `single.search` takes it."""
+    from softvox_search.oracle import Budget
     from softvox_search.policies import Policy
 
-    policy = Policy(
-        running_mean=args.running_mean,
-        reevaluate_parents=args.reevaluate_parents,
-        final_stage=args.final_stage,
-    )
     switches = ("running_mean", "reevaluate_parents", "final_stage")
     used = next((switch for switch in switches if getattr(args, switch)), None)
     if args.noise is None and used:
@@ -181,28 +184,29 @@ def _experiment(args: Namespace) -> Experiment:
         raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
-    return single.experiment_of(
-        args.searcher,
-        options=_options(args.option),
-        seed=args.seed,
-        unique=args.budget,
-        evaluations=args.evaluations,
-        level=args.noise,
-        policy=policy,
-        physics=physics_of(args).to_dict(),
-    )
+    try:
+        space = Lattice.of(args.shape)
+    except ValueError as error:
+        raise BadInputError(f"--{error}") from error
+    return {
+        "options": _options(args.option),
+        "seed": args.seed,
+        "space": space,
+        "budget": Budget(unique=args.budget, evaluations=args.evaluations),
+        "level": args.noise,
+        "policy": Policy(**{switch: getattr(args, switch) for switch in switches}),
+        "physics": physics_of(args).to_dict(),
+    }
 
 
 @contextmanager
 def _one_line() -> Iterator[None]:
     """Turn what a search says of bad input into `BadInputError`."""
     try:
-        from softvox_search.oracle import SearcherError
+        from softvox_search.protocol import SearcherError
         from softvox_search.single import SearchError
     except ModuleNotFoundError as error:
-        raise BadInputError(
-            f"search needs {error.name}: pip install 'softvox-gym[search]'"
-        ) from error
+        raise BadInputError(f"search needs {error.name}: pip install {error.name}") from error
     try:
         yield
     except (SearchError, SearcherError) as error:
@@ -249,49 +253,58 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-def as_text(found: Found, picture: Path | None) -> str:
+def as_text(result: SearchResult, picture: Path | None) -> str:
     """Return what was found for people."""
-    design, truth = found.design, found.truth
-    lines = [
-        f"design        {design.index}",
-        f"digits        {design.digits}",
-        f"fitness       {truth.fitness:.4f} voxel widths, of the best {truth.best:.4f}",
-        f"regret        {truth.regret:.4f}",
-        f"rank          {truth.rank} of {N_DESIGNS}",
-    ]
-    if found.level is not None:
-        believed = "nothing" if found.believed is None else f"{found.believed:.4f}"
-        lines.append(f"believed      {believed}, at level {found.level:g}")
-    if found.noisy is not None:
+    design, truth, space = result.design, result.truth, result.design.lattice
+    if truth:
+        fitness = f"{truth.fitness:.4f} voxel widths, of the best {truth.best:.4f}"
+    else:
+        fitness = f"{result.fitness:.4f} voxel widths; the best of {space} is not known"
+    lines = [f"design        {design.index}", f"digits        {design.digits}"]
+    lines.append(f"fitness       {fitness}")
+    if truth:
+        lines.append(f"regret        {truth.regret:.4f}")
+        lines.append(f"rank          {truth.rank} of {space.n_designs}")
+    if result.level is not None:
+        believed = "nothing" if result.believed is None else f"{result.believed:.4f}"
+        lines.append(f"believed      {believed}, at level {result.level:g}")
+    if result.noisy is not None:
         lines.append(
-            f"under noise   mean {found.noisy.fitness:.4f}, of the best {found.noisy.best:.4f}: "
-            f"regret {found.noisy.regret:.4f}, rank {found.noisy.rank}"
+            f"under noise   mean {result.noisy.fitness:.4f}, of the best {result.noisy.best:.4f}: "
+            f"regret {result.noisy.regret:.4f}, rank {result.noisy.rank}"
         )
-    elif found.level is not None:
-        at = "for this physics" if found.level in LEVELS else f"at level {found.level:g}"
-        lines.append(f"under noise   not known {at}; known at {KNOWN} of the physics published")
-    when = "never evaluated" if found.sequence is None else f"at evaluation {found.sequence}"
-    lines.append(f"found         {when} of {found.evaluations} ({found.unique} counted as unique)")
-    if reason := _ended(found):
+    elif result.level is not None:
+        at = f"at level {result.level:g}"
+        if result.level in LEVELS:
+            at = "for this physics" if truth else f"on {space}"
+        lines.append(
+            f"under noise   not known {at}; known at {KNOWN} of the physics published, on 2x2x2"
+        )
+    when = "never evaluated" if result.sequence is None else f"at evaluation {result.sequence}"
+    lines.append(
+        f"found         {when} of {result.evaluations} ({result.unique} counted as unique)"
+    )
+    if reason := _ended(result):
         lines.append(f"ended         {reason}")
     if picture:
         lines.append(f"picture       {picture}")
     return "\n".join(lines)
 
 
-def _ended(found: Found) -> str | None:
+def _ended(result: SearchResult) -> str | None:
     """Return why a search ended before its budget of designs, or None."""
-    wanted = found.budget.unique
-    if found.ended_by == "searcher":
-        return f"by the searcher, which proposed no more: {found.unique} of {wanted}"
-    if found.ended_by == "evaluations" and found.level is None:
+    wanted = result.budget.unique
+    if result.ended_by == "searcher":
+        return f"by the searcher, which proposed no more: {result.unique} of {wanted}"
+    if result.ended_by == "evaluations" and result.level is None:
         return (
-            f"by {found.evaluations} evaluations: only {found.unique} of {wanted} designs were new"
+            f"by {result.evaluations} evaluations: only {result.unique} of {wanted} designs were "
+            "new"
         )
     return None
 
 
-def as_json(found: Found, picture: Path | None) -> str:
+def as_json(result: SearchResult, picture: Path | None) -> str:
     """Return what was found for programs."""
-    data = {**found.to_dict(), "picture": str(picture) if picture else None}
+    data = {**result.to_dict(), "picture": str(picture) if picture else None}
     return json.dumps(data, indent=2, allow_nan=False)

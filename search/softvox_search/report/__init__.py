@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from softvox_search.report.results import Results
+    from softvox_search.experiment.results import Results
 
 __all__ = ["write"]
 
@@ -18,12 +18,6 @@ def write(folder: Path, results: Results) -> list[str]:
     """Write the report of an experiment: report.md, and the folders tables and figures beside it.
 
     The same results give the same bytes. Each file appears whole; one that exists is replaced.
-
-    Parameters
-    ----------
-    folder : Path
-        An existing folder.
-    results : Results
 
     Returns
     -------
@@ -35,6 +29,6 @@ def write(folder: Path, results: Results) -> list[str]:
     softvox_gym.files.OutputError
         Where a file can't be written.
     """
-    from softvox_search.report.writing import write_report
+    from softvox_search.report.page import write_report
 
     return write_report(folder, results)

@@ -1,21 +1,158 @@
-"""Where curves are sampled, and the targets that the distribution of runtimes counts."""
+"""The finished runs of an experiment: the best that each had found, at any time."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_search.report.truth import TERMS, exact_fitness, optimum
+from softvox_search.report.truth import SHAPE, TERMS, exact_fitness
+
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
+
+Array = NDArray[np.float64]
+
+#: What makes a problem, and what runs are sorted by.
+PROBLEM = ["physics", "shape", "level"]
+AXES = [*PROBLEM, "policy", "searcher"]
 
 #: Unique evaluations at which searchers are compared.
 FIXED_BUDGETS = (50, 100, 200, 500, 1000, 6561)
 
-#: Shares of the best fitness that count as targets.
-FIXED_TARGETS = (0.95, 0.99, 1.0)
-
 POSITIONS = 60
 TARGETS = 51
-FINEST_TARGET = 0.01  # voxel widths; the second best design, 0.0115 below the best, misses it
+FINEST_TARGET = 0.01  # voxel widths; the published second best, 0.0115 below the best, misses it
+
+
+class Curve(NamedTuple):
+    """When a run came upon something better than all before it.
+
+    at : ndarray of int64, shape (k,)
+        Unique evaluations until then.
+    fitness : ndarray, shape (k,)
+        Voxel widths; grows.
+    """
+
+    at: NDArray[np.int64]
+    fitness: Array
+
+
+def groups(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[Any, pd.DataFrame]]:
+    """Go through the rows that agree in some columns, in order of appearance; NaN equals NaN."""
+    grouped: Any = frame.groupby(list(columns), dropna=False, sort=False)
+    yield from grouped
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows, each a dict by column."""
+    rows: list[dict[Any, Any]] = frame.to_dict("records")
+    return rows
+
+
+def first(frame: pd.DataFrame, column: str) -> Any:
+    """Return what the first row has in a column."""
+    return frame[column].iat[0]
+
+
+def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of a table that are about a problem."""
+    level = table["level"]
+    is_level = level.isna() if np.isnan(problem["level"]) else level == problem["level"]
+    is_physics, is_shape = (table[name] == problem[name] for name in ("physics", "shape"))
+    rows: pd.DataFrame = table[is_physics & is_shape & is_level]
+    return rows
+
+
+def improvements(at: NDArray[Any], fitness: Array) -> Curve:
+    """Return every evaluation of a fitness larger than all before it; the first always is.
+
+    Unique evaluations until each of n evaluations, and its fitness, both of shape (n,).
+    """
+    best = np.maximum.accumulate(fitness)
+    rows = np.flatnonzero(fitness > np.concatenate([[-np.inf], best])[: len(best)])
+    return Curve(at[rows].astype(np.int64), fitness[rows])
+
+
+def finished(results: Results) -> pd.DataFrame:
+    """Return the finished runs, sorted by problem, policy, searcher and seed.
+
+    Levels are in order; of all else what appears first comes first. Columns as in `Results.runs`,
+    and:
+
+    ========= =========================================================================
+    limit     unique evaluations that the budget allows, or were used if it states none
+    landscape exact fitness of all designs by terms; None where it is not known
+    goal      the optimum, or the best that any run of the problem found; voxel widths
+    raw       the run's Curve. Where the landscape is known by its noise-free fitness:
+              under noise an improvement says that the searcher came past a better
+              design, not that it knew. Elsewhere by the values that it was told.
+    class     the same in class terms; None where the landscape is not known
+    ========= =========================================================================
+    """
+    runs: pd.DataFrame = results.runs[results.runs["status"] == "ok"].sort_values(
+        [*AXES, "seed"],
+        key=lambda column: (
+            column
+            if column.name in ("level", "seed")
+            else pd.Series(pd.factorize(column)[0], index=column.index)
+        ),
+        kind="stable",
+        na_position="first",
+        ignore_index=True,
+    )
+    known = {
+        problem.physics: exact_fitness(problem.values)
+        for problem in results.problems
+        if tuple(problem.shape) == SHAPE
+    }
+    budgets = results.budgets
+    columns: dict[str, list[Any]] = {"limit": [], "landscape": [], **{t: [] for t in TERMS}}
+    for row in records(runs):
+        log = results.evaluations(row["run"])
+        landscape = known[row["physics"]] if row["shape"] == "{}x{}x{}".format(*SHAPE) else None
+        budget = budgets[row["searcher"]]
+        stated = [n for name in ("unique", "evaluations") if (n := budget.get(name)) is not None]
+        columns["limit"].append(min(stated, default=row["unique"]))
+        columns["landscape"].append(landscape)
+        for terms in TERMS:
+            fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else None
+            if not landscape and terms == "raw":
+                fitness = log["fitness"]
+            curve = None if fitness is None else improvements(log["unique_sequence"], fitness)
+            columns[terms].append(curve)
+    for name, values in columns.items():
+        runs[name] = pd.Series(values, dtype=np.int64 if name == "limit" else object)
+    for _, group in groups(runs, *PROBLEM):
+        ends = [curve.fitness[-1] for curve in group["raw"] if len(curve.at)]
+        exact = first(group, "landscape")
+        runs.loc[group.index, "goal"] = exact["raw"].max() if exact else max(ends, default=0.0)
+    return runs
+
+
+def best(curves: Iterable[Curve], positions: NDArray[np.int64]) -> Array:
+    """Return the best value of n runs after so many unique evaluations, shape (n, m), voxel widths.
+
+    A run that has ended keeps its value; one that has not begun has none, which counts as 0, what
+    standing still is worth.
+    """
+    rows = [
+        np.concatenate([[0.0], curve.fitness])[np.searchsorted(curve.at, positions, side="right")]
+        for curve in curves
+    ]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), len(positions))
+
+
+def first_at(curves: Iterable[Curve], targets: Iterable[float]) -> Array:
+    """Return the unique evaluations until each of n runs reached its target; infinite if never."""
+    places = [
+        np.append(curve.at, np.inf)[np.searchsorted(curve.fitness, target)]
+        for curve, target in zip(curves, targets, strict=True)
+    ]
+    return np.array(places, dtype=np.float64)
 
 
 def positions(length: int) -> NDArray[np.int64]:
@@ -23,35 +160,31 @@ def positions(length: int) -> NDArray[np.int64]:
     return np.unique(np.rint(np.geomspace(1, max(length, 1), POSITIONS))).astype(np.int64)
 
 
-def budgets(length: int) -> list[int]:
+def budgets(length: int) -> NDArray[np.int64]:
     """Return the fixed budgets within a length, and the length itself."""
-    return sorted({budget for budget in FIXED_BUDGETS if budget <= length} | {length})
+    return np.array(sorted({budget for budget in FIXED_BUDGETS if budget <= length} | {length}))
 
 
-def targets() -> NDArray[np.float64]:
-    """Return 51 regrets, log-spaced from the whole optimum down to 0.01 voxel widths.
+def targets(goal: float) -> Array:
+    """Return 51 regrets, log-spaced from the whole goal down to 0.01 voxel widths.
 
-    The easiest is met by a robot that stands still, the hardest by the optimum alone.
+    The easiest is met by a robot that stands still, the hardest under the published physics by the
+    optimum alone. The hardest is a hundredth of the goal where that is less.
     """
-    return np.geomspace(optimum(), FINEST_TARGET, TARGETS)
+    if goal <= 0:
+        return np.zeros(TARGETS)
+    return np.geomspace(goal, min(FINEST_TARGET, goal / 100), TARGETS)
 
 
-def hard_targets(most: int) -> int:
-    """Return how many of the targets are met by no more than so many designs, in either terms."""
-    counts = [
-        np.sum(optimum() - exact_fitness(terms)[:, np.newaxis] <= targets(), axis=0)
-        for terms in TERMS
-    ]
-    return int(np.sum(np.max(counts, axis=0) <= most))
-
-
-def ecdf(regret: NDArray[np.float64]) -> NDArray[np.float64]:
+def ecdf(regret: Array, goals: Iterable[float]) -> Array:
     """Return the share of all pairs of a run and a target that are reached so far.
 
     Parameters
     ----------
     regret : ndarray, shape (n, m)
         Of n runs after m numbers of evaluations.
+    goals : iterable of float, length n
+        Of the problem of each run.
 
     Returns
     -------
@@ -65,6 +198,8 @@ def ecdf(regret: NDArray[np.float64]) -> NDArray[np.float64]:
     setting, Optimization Methods and Software 36(1), 2021. There runtimes of restarts are drawn
     from the runs where a target was missed; here nothing is added to a run that has ended.
     """
-    goals = targets()[::-1]
-    reached = TARGETS - np.searchsorted(goals, regret, side="left")
-    return np.asarray(reached.mean(axis=0) / TARGETS)
+    reached = [
+        TARGETS - np.searchsorted(targets(goal)[::-1], row, side="left")
+        for row, goal in zip(regret, goals, strict=True)
+    ]
+    return np.asarray(np.mean(reached, axis=0) / TARGETS)

@@ -1,19 +1,21 @@
-"""The figures of a comparison: regret over time, targets reached, regret at fixed budgets."""
+"""The figures of a report: regret over time, targets reached, regret at fixed budgets, noise."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from softvox_search.report import canvas
-from softvox_search.report.canvas import scaled
-from softvox_search.report.truth import TERMS, optimum
+from softvox_search.report import style
+from softvox_search.report.curves import PROBLEM, groups, on, records
+from softvox_search.report.noise import MEASURES
+from softvox_search.report.style import line, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: The searcher that every panel shows for comparison, where the experiment has it.
 BASELINE = "random"
@@ -23,20 +25,90 @@ _OWN, _BASE = "#00436B", "#C75B00"
 #: Between two sampled places a curve keeps its value: a best value jumps, it does not glide.
 _STEPS = "steps-post"
 
+#: What is drawn, on an axis; and the titles of both measures under noise.
+_AXIS = {
+    "regret": "regret",
+    "best": "best fitness",
+    "true_regret": "true regret, voxel widths",
+    "optimism": "optimism: believed less true, voxel widths",
+}
+_TITLES = {
+    "true_regret": "True regret by level of noise (IQM)",
+    "optimism": "Optimism by level of noise (mean)",
+}
 
-def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
-    """Draw the regret over time of one kind of terms: a panel per searcher, all others in grey.
+
+def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
+    """Draw the figures of a report; to be called within `style.style`.
 
     Parameters
     ----------
-    table : DataFrame
-        Of `tables.anytime`, in one kind of terms.
-    title : str
-    ends : dict
-        By searcher: where the median of its runs ends.
+    tables : dict of str to DataFrame
+        Of `tables.make`.
+
+    Returns
+    -------
+    dict of str to Figure
+        By file name without its ending, in the order in which the report shows them.
+    """
+    made: dict[str, Figure] = {}
+    if "problems" not in tables:
+        return made
+    problems = tables["problems"]
+    for problem in records(problems):
+        runs, curves, budgets = (
+            on(problem, tables[table]) for table in ("runs", "anytime", "fixed_budget")
+        )
+        runs = runs[(runs["policy"] == problem["policy"]) & (runs["runs"] > 0)]
+        ends = dict(zip(runs["searcher"], runs["unique"], strict=True))
+        policy = [f"policy {problem['policy']}"] if problem["policy"] else []
+        at = "".join(f", {part}" for part in where(problems, problem) + policy)
+        what = "Regret" if problem["known"] else "Best fitness"
+        for terms in dict.fromkeys(curves["terms"]):
+            here = curves[curves["terms"] == terms]
+            if len(budgets):
+                title = f"{what} in {terms} terms{at}"
+                made[f"anytime_{terms}{problem['name']}"] = anytime(here, title=title, ends=ends)
+            title = f"Targets reached in {terms} terms{at}"
+            made[f"ecdf_{terms}{problem['name']}"] = ecdf(here, title=title, ends=ends)
+        if len(budgets):
+            title = f"{what} at fixed budgets{at}"
+            made[f"fixed_budget{problem['name']}"] = fixed_budget(budgets, title=title)
+    if "noise_policies" not in tables:
+        return made
+    for _, group in groups(problems, "physics", "shape"):
+        problem = records(group)[0]
+        by_searcher, by_policy = (
+            pd.concat([on(each, table[table["known"] > 0]) for each in records(group)])
+            for table in (tables["noise_searchers"], tables["noise_policies"])
+        )
+        at = "".join(f", {part}" for part in where(problems, problem)[:-1])
+        for measure in MEASURES if len(by_policy) else ():
+            file = measure + problem["name"].rpartition("_level_")[0]
+            title = f"{_TITLES[measure]}{at}"
+            made[file] = noise(by_searcher, by_policy, measure, title=title)
+    return made
+
+
+def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
+    """Return in words which of several problems one is."""
+    physics, shape, level = (problem[name] for name in PROBLEM)
+    parts = []
+    if problems["physics"].nunique() > 1:
+        parts.append(f"physics {physics}" if physics else "all physics")
+    if problems["shape"].nunique() > 1:
+        parts.append(f"lattice {shape}")
+    return parts + ([] if np.isnan(level) else [f"noise level {level:g}"])
+
+
+def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
+    """Draw what runs are judged by over time: a panel per searcher, all others in grey.
+
+    The table is that of `tables.anytime` in one kind of terms; ends says by searcher where the
+    median of its runs ends.
     """
     made = _multiples(table, "iqm", title=title, ends=ends, is_banded=True)
-    made.supylabel("regret, voxel widths (IQM)")
+    made.supylabel(f"{_measure(table)}, voxel widths (IQM)")
     made.axes[0].set_ylim(0, _top(table))
     return made
 
@@ -49,9 +121,13 @@ def ecdf(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
     return made
 
 
+def _measure(table: pd.DataFrame) -> str:
+    return _AXIS[str(table["measure"].iat[0])]
+
+
 def _top(table: pd.DataFrame) -> float:
-    """Return the upper end of an axis for all regrets of a table and their bands."""
-    return 1.03 * max(float(np.nanmax(table[["iqm", "high"]].to_numpy())), 0.05 * optimum())
+    """Return the upper end of an axis for all values of a table and their bands."""
+    return 1.03 * max(float(np.nanmax(table[["iqm", "high"]].to_numpy())), 0.2)
 
 
 def _multiples(
@@ -59,29 +135,37 @@ def _multiples(
 ) -> Figure:
     names = list(dict.fromkeys(table["searcher"]))
     curves = {name: table[table["searcher"] == name] for name in names}
-    made, axes = canvas.grid(len(names))
+    made, axes = style.grid(len(names))
     for axis, name in zip(axes, names, strict=True):
         for other in names:
             if other not in (name, BASELINE):
                 axis.plot(
                     curves[other]["unique"],
                     curves[other][column],
-                    color=canvas.GREY,
+                    color=style.GREY,
                     lw=scaled(0.7),
                     ds=_STEPS,
                 )
         if BASELINE in curves and name != BASELINE:
             base = curves[BASELINE]
             axis.plot(base["unique"], base[column], color=_BASE, lw=scaled(1.3), ls="--", ds=_STEPS)
-        _own(axis, curves[name], column, end=ends[name], is_banded=is_banded)
+        end = ends.get(name, curves[name]["unique"].max())
+        _own(axis, curves[name], column, end=end, is_banded=is_banded)
         axis.set_title(name)
-        axis.set_xscale("log")
     longest = float(table["unique"].max())
     axes[0].set_xlim(1, max(longest, 2.0))
-    axes[0].xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes[0].xaxis.set_minor_formatter(NullFormatter())
+    axes[0].set_xscale("log")
+    axes[0].xaxis.set_major_formatter("{x:g}")
+    axes[0].minorticks_off()
     made.supxlabel("unique evaluations")
-    canvas.legend(made, title, _multiples_legend(names, is_banded=is_banded))
+    handles = [line("the searcher named above", color=_OWN, lw=scaled(1.8))]
+    if is_banded:
+        handles.append(line("its 95 % band", color=_OWN, lw=scaled(7), alpha=0.25))
+    if BASELINE in names:
+        handles.append(line(BASELINE, color=_BASE, lw=scaled(1.3), ls="--"))
+    if len(names) > 1:
+        handles.append(line("the others", color=style.GREY, lw=scaled(0.9)))
+    style.legend(made, title, handles)
     return made
 
 
@@ -103,39 +187,21 @@ def _own(axis: Axes, curve: pd.DataFrame, column: str, *, end: float, is_banded:
         )
 
 
-def _multiples_legend(names: list[str], *, is_banded: bool) -> list[Line2D]:
-    handles = [Line2D([], [], color=_OWN, lw=scaled(1.8), label="the searcher named above")]
-    if is_banded:
-        handles.append(Line2D([], [], color=_OWN, lw=scaled(7), alpha=0.25, label="its 95 % band"))
-    if BASELINE in names:
-        handles.append(Line2D([], [], color=_BASE, lw=scaled(1.3), ls="--", label=BASELINE))
-    if len(names) > 1:
-        handles.append(Line2D([], [], color=canvas.GREY, lw=scaled(0.9), label="the others"))
-    return handles
-
-
 #: Of a panel's width, beside the least and the greatest regret: room for half a marker.
 _SIDE = 0.06
 
 
 def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
-    """Draw the regret at fixed budgets: a row per searcher, a panel per budget.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of `tables.fixed_budget`, in both terms.
-    title : str
-    """
+    """Draw `tables.fixed_budget` in all terms: a row per searcher, a panel per budget."""
     names = list(dict.fromkeys(table["searcher"]))
     budgets = sorted(set(table["budget"]))
-    made = canvas.figure(1.4 + 1.5 * max(len(budgets), 3), scaled(1.5 + 0.32 * len(names)))
+    made = style.figure(1.4 + 1.5 * max(len(budgets), 3), scaled(1.5 + 0.32 * len(names)))
     axes = made.subplots(1, len(budgets), sharex=True, sharey=True, squeeze=False)[0]
     styles = {"raw": ("o", _OWN, _OWN, -0.14), "class": ("D", "white", _BASE, 0.14)}
+    styles = {terms: styles[terms] for terms in dict.fromkeys(table["terms"])}
     for axis, budget in zip(axes, budgets, strict=True):
-        for terms in TERMS:
+        for terms, (marker, face, edge, shift) in styles.items():
             here = table[(table["terms"] == terms) & (table["budget"] == budget)]
-            marker, face, edge, shift = styles[terms]
             rows = np.array([names.index(name) for name in here["searcher"]]) + shift
             axis.hlines(rows, here["low"], here["high"], color=edge, lw=scaled(1.2))
             look: dict[str, Any] = {"mfc": face, "mec": edge, "ms": scaled(4.5), "ls": "none"}
@@ -144,29 +210,13 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
         axis.set_xlim(-_SIDE * _top(table), (1 + _SIDE) * _top(table))
     axes[0].set_yticks(range(len(names)), names)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
-    made.supxlabel("regret after so many unique evaluations, voxel widths (IQM)")
+    made.supxlabel(f"{_measure(table)} after so many unique evaluations, voxel widths (IQM)")
     handles = [
-        Line2D(
-            [],
-            [],
-            marker=marker,
-            mfc=face,
-            mec=edge,
-            color=edge,
-            lw=scaled(1.2),
-            label=f"{terms} terms",
-        )
+        line(f"{terms} terms", marker=marker, mfc=face, mec=edge, color=edge, lw=scaled(1.2))
         for terms, (marker, face, edge, _) in styles.items()
     ]
-    canvas.legend(made, title, handles)
+    style.legend(made, title, handles)
     return made
-
-
-#: The whole of a measure's name, for the axis.
-_MEASURES = {
-    "true_regret": "true regret, voxel widths",
-    "optimism": "optimism: believed less true, voxel widths",
-}
 
 
 #: Height of a panel that shows many policies, relative to others.
@@ -176,57 +226,43 @@ _TALLER = 2.3 / 2.1
 def noise(
     by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, *, title: str
 ) -> Figure:
-    """Draw true regret or optimism by level and policy, for all searchers together and each.
+    """Draw one of `MEASURES` by level and policy, for all searchers together and each.
 
-    Parameters
-    ----------
-    by_searcher, by_policy : DataFrame
-        Of `recommendations.by_searcher` and `recommendations.by_policy`.
-    measure : "true_regret" or "optimism"
-    title : str
+    The tables are those of `noise`, where true values are known.
     """
-    by_searcher, by_policy = (table[table["known"] > 0] for table in (by_searcher, by_policy))
     names = list(dict.fromkeys(by_searcher["searcher"]))
     levels = sorted(set(by_searcher["level"]))
     policies = list(dict.fromkeys(by_searcher["policy"]))
-    panels = {"all together": by_policy} if len(names) > 1 else {}
-    panels |= {name: by_searcher[by_searcher["searcher"] == name] for name in names}
-    made, axes = canvas.grid(len(panels), height=_TALLER)
-    for axis, (name, here) in zip(axes, panels.items(), strict=True):
+    panels = [(name, by_searcher[by_searcher["searcher"] == name], "normal") for name in names]
+    if len(names) > 1:
+        panels.insert(0, ("all together", by_policy, "bold"))
+    made, axes = style.grid(len(panels), height=_TALLER)
+    for axis, (name, here, weight) in zip(axes, panels, strict=True):
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
             shift = (i - (len(policies) - 1) / 2) * 0.6 / max(len(policies), 1)
-            _points(axis, chosen, measure, [levels.index(v) + shift for v in chosen["level"]], i)
-        axis.set_title(name, fontweight="bold" if name == "all together" else "normal")
-        axis.axhline(0, color=canvas.INK, lw=scaled(0.8))
+            places = [levels.index(level) + shift for level in chosen["level"]]
+            low, high = chosen[f"{measure}_low"], chosen[f"{measure}_high"]
+            axis.vlines(places, low, high, color=_look(i)["color"], lw=scaled(1.4))
+            axis.plot(places, chosen[measure], **_look(i))
+        axis.set_title(name, fontweight=weight)
+        axis.axhline(0, color=style.INK, lw=scaled(0.8))
     axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
     axes[0].set_xlim(-0.5, len(levels) - 0.5)
     made.supxlabel("level of noise")
-    made.supylabel(_MEASURES[measure])
-    handles = [
-        Line2D([], [], **_look(i), label=policy or "no policy") for i, policy in enumerate(policies)
-    ]
-    canvas.legend(made, title, handles)
+    made.supylabel(_AXIS[measure])
+    handles = [line(policy or "no policy", **_look(i)) for i, policy in enumerate(policies)]
+    style.legend(made, title, handles)
     return made
 
 
 def _look(i: int) -> dict[str, Any]:
-    colour = canvas.COLOURS[i % len(canvas.COLOURS)]
     return {
-        "color": colour,
-        "marker": canvas.MARKERS[i % len(canvas.MARKERS)],
-        "ls": canvas.LINES[i % len(canvas.LINES)],
+        "color": style.COLOURS[i % len(style.COLOURS)],
+        "marker": style.MARKERS[i % len(style.MARKERS)],
+        "ls": style.LINES[i % len(style.LINES)],
         "lw": scaled(1.0),
         "ms": scaled(4.5),
-        "mec": canvas.INK,
+        "mec": style.INK,
         "mew": scaled(0.5),
     }
-
-
-def _points(
-    axis: Axes, table: pd.DataFrame, measure: str, places: list[float], policy: int
-) -> None:
-    look = _look(policy)
-    low, high = table[f"{measure}_low"], table[f"{measure}_high"]
-    axis.vlines(places, low, high, color=look["color"], lw=scaled(1.4))
-    axis.plot(places, table[measure], **look)

@@ -1,28 +1,25 @@
-"""The page report.md: every figure and table with a sentence on how to read it."""
+"""The report as files: its tables, its figures, and the page report.md that shows them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from matplotlib.figure import Figure
+import pandas as pd
 
-from softvox_search.report import canvas, markdown
-from softvox_search.report.cells import Section
-from softvox_search.report.curves import (
-    FINEST_TARGET,
-    FIXED_TARGETS,
-    TARGETS,
-    budgets,
-    hard_targets,
-)
-from softvox_search.report.drawing import key
-from softvox_search.report.recommendations import reference_policy
-from softvox_search.report.results import Results
+from softvox_gym.files import write_file, write_folder
+from softvox_search.report import figures, style, tables, text
+from softvox_search.report.curves import TARGETS, groups, on, records, targets
+from softvox_search.report.noise import MEASURES, reference_policy
 from softvox_search.report.statistics import RESAMPLES
-from softvox_search.report.text import HELD
-from softvox_search.report.truth import TERMS, optimum
+from softvox_search.report.text import HELD, escaped
+
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
+
+Tables = Mapping[str, pd.DataFrame]
 
 #: The budget at which the page shows all pairs; the tables have the others.
 PAIRS_AT = 500
@@ -31,165 +28,223 @@ PAIRS_AT = 500
 MOST_LINES = 40
 
 
-@dataclass
-class Parts:
-    """The files of a report by name, and the Markdown tables that the page shows."""
-
-    tables: dict[str, bytes] = field(default_factory=dict)
-    figures: dict[str, bytes] = field(default_factory=dict)
-    texts: dict[str, str] = field(default_factory=dict)
-
-    def table(self, name: str, csv: bytes, text: str) -> None:
-        """Take a table as CSV and as Markdown."""
-        self.tables[f"{name}.csv"] = csv
-        self.text(name, text)
-
-    def text(self, name: str, text: str) -> None:
-        """Take a table as Markdown."""
-        self.tables[f"{name}.md"] = text.encode()
-        self.texts[name] = text
-
-    def figure(self, name: str, made: Figure) -> None:
-        """Take a figure as PNG."""
-        self.figures[f"{name}.png"] = canvas.png(made)
+def write_report(folder: Path, results: Results) -> list[str]:
+    """Write a report; see `softvox_search.report.write`."""
+    made = tables.make(results)
+    with style.style():
+        pictures = {
+            f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
+        }
+    files = {f"{name}.csv": text.csv(table) for name, table in made.items()}
+    for name, contents in (("tables", files), ("figures", pictures)):
+        if contents:
+            write_folder(folder / name, contents, force=True)
+    page = _report(results, made, list(pictures))
+    write_file(folder / "report.md", page.encode(), force=True)
+    names = [f"tables/{name}" for name in files] + [f"figures/{name}" for name in pictures]
+    return [*names, "report.md"]
 
 
-def report(results: Results, sections: list[Section], parts: Parts, notes: list[str]) -> str:
+def _report(results: Results, made: Tables, pictures: list[str]) -> str:
     """Return the page."""
-    blocks = [*_head(results), "## Runs", shown("runs", parts)]
-    if sections:
-        blocks += _definitions(results, sections)
-    if "noise_policies" in parts.texts:
-        policies = results.runs["policy"][results.runs["status"] == "ok"]
-        blocks += _noise(parts, notes, reference_policy(policies))
-    for section in sections:
-        blocks += _comparison(section, parts)
+    blocks = [*_head(results), "## Runs", _shown("runs", text.overview(made["runs"]))]
+    if "problems" in made:
+        problems = made["problems"]
+        if problems["goal"].nunique() > 1 or not problems["known"].all():
+            blocks += ["## Problems", _shown("problems", text.problems(problems))]
+        blocks += _definitions(results, problems)
+        if "noise_policies" in made:
+            blocks += _noise(made, pictures)
+        for problem in records(problems):
+            blocks += _comparison(made, problem, pictures)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
-def shown(name: str, parts: Parts) -> str:
+def _shown(name: str, table: str) -> str:
     """Return a table for the page, or where it is to be found if it is long."""
-    text = parts.texts[name]
-    if text.count("\n") > MOST_LINES:
-        return f"A long table: [tables/{name}.md](tables/{name}.md)."
-    return text
+    if table.count("\n") <= MOST_LINES:
+        return table
+    return f"A long table: [tables/{name}.csv](tables/{name}.csv)."
+
+
+def _pictures(names: list[str], pictures: list[str]) -> list[str]:
+    files = [f"{name}.png" for name in names]
+    return [f"![{file}](figures/{file})" for file in files if file in pictures]
 
 
 def _head(results: Results) -> list[str]:
     runs = results.runs
     failed = runs[runs["status"] == "failed"]
-    lines = [f"{len(runs) - len(failed)} finished runs, {_budget(results.budget)} each."]
-    for searcher, own in results.budget.get("searchers", {}).items():
-        lines.append(f"Except {searcher}: {_budget({**results.budget, **own})} each.")
-    if len(failed):
-        names = zip(failed["run"], failed["searcher"], strict=True)
-        which = ", ".join(f"{run} ({name})" for run, name in names)
-        lines.append(f"**{len(failed)} failed and left out:** run {which}.")
-    else:
-        lines.append("No run failed.")
-    return [f"# {results.title}", f"```sh\n{results.command}\n```", " ".join(lines)]
+    budgets: dict[str, str] = {name: _budget(own) for name, own in results.budgets.items()}
+    common, *others = [budget for budget, _ in Counter(budgets.values()).most_common()]
+    lines = [f"{len(runs) - len(failed)} finished runs, {common} each."]
+    for other in others:
+        names = ", ".join(escaped(name) for name, own in budgets.items() if own == other)
+        lines.append(f"Except {names}: {other} each.")
+    failures = f"**{len(failed)} failed and left out.**" if len(failed) else "No run failed."
+    lines.append(failures)
+    return [f"# {escaped(results.title)}", text.fenced(results.command), " ".join(lines)]
 
 
-def _budget(budget: dict[str, Any]) -> str:
+def _budget(budget: Mapping[str, Any]) -> str:
     names = {
         "unique": "unique evaluations",
         "evaluations": "evaluations",
         "steps": "simulated steps",
+        "cpu_seconds": "CPU seconds",
     }
     parts = [
-        f"at most {budget[name]} {text}"
-        for name, text in names.items()
+        f"at most {budget[name]} {what}"
+        for name, what in names.items()
         if budget.get(name) is not None
     ]
     return " and ".join(parts) if parts else "no stated budget"
 
 
-def _definitions(results: Results, sections: list[Section]) -> list[str]:
-    lines = [
-        f"- *Regret*: the best fitness of the landscape, {optimum():.4f} voxel widths, less that "
-        "of the best design that the run has evaluated so far, both without noise. *Raw terms* "
-        "count every design for itself. *Class terms* count a robot turned or mirrored as the same "
-        "robot, worth the best of them: the model is not quite symmetric.",
+def _definitions(results: Results, problems: pd.DataFrame) -> list[str]:
+    problems = problems[problems["physics"] != ""]
+    known = problems[problems["known"]]
+    lines = []
+    if len(known):
+        goals = set(known["goal"])
+        goal = f", {goals.pop():.4f} voxel widths," if len(goals) == 1 else " (see *Problems*)"
+        lines.append(
+            f"- *Regret*: the best fitness of the landscape{goal} less that of the best design "
+            "that the run has evaluated so far, both without noise. *Raw terms* count every design "
+            "for itself. *Class terms* count a robot turned or mirrored as the same robot, worth "
+            "the best of them: the model is not quite symmetric."
+        )
+    if len(known) < len(problems):
+        lines.append(
+            "- *Best fitness*: where the best of all designs is not known, that of the best design "
+            "that the run has evaluated so far, as the searcher was told it. Targets are shares of "
+            "the best that any run of this experiment found, and rise when another finds better."
+        )
+    lines += [
         "- *Unique evaluations*: those that no cache answered; where there is noise, all.",
         "- *IQM*: mean of the middle half of the runs. *Bands*, in brackets and shaded: 95 % by "
-        f"the bootstrap over runs ({RESAMPLES} resamples; where searchers are pooled, each is a "
-        "stratum).",
+        f"the bootstrap over runs ({RESAMPLES} resamples; where searchers or problems are pooled, "
+        "each is a stratum).",
     ]
-    if not np.isnan(sections[-1].level):
+    if problems["level"].notna().any():
         lines.append(
             "- Under noise, regret says whether the searcher came past a good design, not whether "
             "it knew; for that see *What is recommended*."
         )
-        policies = list(dict.fromkeys(results.runs["policy"]))
-        if len(policies) > 1:
-            lines.append(f"- Searchers are compared under the policy *{sections[0].policy}*.")
+    if results.runs["policy"].nunique() > 1:
+        policy = escaped(problems["policy"].iat[0])
+        lines.append(f"- Searchers are compared under the policy *{policy}*.")
     return ["## Terms", "\n".join(lines)]
 
 
-def _comparison(section: Section, parts: Parts) -> list[str]:
-    is_noisy = not np.isnan(section.level)
-    blocks = [f"## Noise level {section.level:g}"] if is_noisy else []
-    mark = "###" if is_noisy else "##"
-    return [
-        *blocks,
-        f"{mark} Regret over time",
-        "Lower is better, earlier is better. In each panel the searcher named above it with its "
-        "band; the others in grey. A cross marks where the median run ended; from there on, "
-        "dotted, runs that ended keep their value.",
-        *(_picture("anytime", section, terms) for terms in TERMS),
+def _comparison(made: Tables, problem: dict[str, Any], pictures: list[str]) -> list[str]:
+    """Return the searchers compared on one problem, or on all physics together."""
+    name, physics = problem["name"], problem["physics"]
+    budget, target, pairs = (
+        on(problem, made.get(table, made["problems"][:0]))
+        for table in ("fixed_budget", "fixed_target", "pairs")
+    )
+    terms = list(dict.fromkeys(target["terms"]))
+    title = escaped(", ".join(figures.where(made["problems"], problem)))
+    mark = "###" if title else "##"
+    blocks = [f"## {title[0].upper()}{title[1:]}"] if title else []
+    what, better = ("Regret", "Lower") if problem["known"] else ("Best fitness", "Higher")
+    if physics:
+        blocks += [
+            f"{mark} {what} over time",
+            f"{better} is better, earlier is better. In each panel the searcher named above it "
+            "with its band; the others in grey. A cross marks where the median run ended; from "
+            "there on, dotted, runs that ended keep their value.",
+            *_pictures([f"anytime_{kind}{name}" for kind in terms], pictures),
+        ]
+    else:
+        blocks.append(
+            "The runs on all physics pooled, each target relative to the best fitness of its own "
+            "problem. A searcher that lacks finished runs on any of them is left out."
+        )
+    blocks += [
         f"{mark} Targets reached",
-        f"Of all pairs of a run and one of {TARGETS} targets, the share reached so far; higher is "
-        f"better. The targets are regrets log-spaced from {optimum():.2f} (standing still) to "
-        f"{FINEST_TARGET} voxel widths (only the optimum); {hard_targets(4)} of them are met by no "
-        "more than four designs.",
-        *(_picture("ecdf", section, terms) for terms in TERMS),
-        *_fixed_budget(section, parts, mark),
+        _targets(problem),
+        *_pictures([f"ecdf_{kind}{name}" for kind in terms], pictures),
+    ]
+    if physics:
+        blocks += [
+            f"{mark} Fixed budgets",
+            f"IQM of the {what.lower()} after so many unique evaluations, with its band. "
+            f"{HELD} with a share: only that share of the runs used so many; the others keep their "
+            "last value. Empty: the searcher's own budget is smaller.",
+            *_pictures([f"fixed_budget{name}"], pictures),
+        ]
+        for kind in terms:
+            table = text.fixed_budget(budget[budget["terms"] == kind])
+            blocks += [f"In {kind} terms:", table]
+    blocks += [
         f"{mark} Fixed targets",
         "Expected running time: the unique evaluations of all runs together, each counted until it "
         "reached the share of the best fitness or ended, per run that reached it; in parentheses "
-        f"the share of runs that did. ∞: none did. {markdown.target_sizes(FIXED_TARGETS)}",
-        parts.texts[key("fixed_target", section.level)],
-        *_pairs(section, parts, mark),
+        f"the share of runs that did. ∞: none did.{_target_sizes(target)}",
+        text.fixed_target(target),
     ]
+    return blocks + (_pairs(pairs, mark) if len(pairs) else [])
 
 
-def _fixed_budget(section: Section, parts: Parts, mark: str) -> list[str]:
-    blocks = [
-        f"{mark} Fixed budgets",
-        "IQM of the regret after so many unique evaluations, with its band. "
-        f"{HELD} with a share: only that share of the runs used so many; the others keep their "
-        "last value. Empty: the searcher's own budget is smaller.",
-        _picture("fixed_budget", section),
-    ]
-    for terms in TERMS:
-        blocks += [f"In {terms} terms:", parts.texts[key("fixed_budget", section.level, terms)]]
-    return blocks
+def _targets(problem: dict[str, Any]) -> str:
+    line = (
+        f"Of all pairs of a run and one of {TARGETS} targets, the share reached so far; higher is "
+        "better."
+    )
+    if not problem["physics"]:
+        return line
+    goal, finest = problem["goal"], problem["finest"]
+    line = (
+        f"{line} The targets are log-spaced from {goal:.2f} (standing still) to "
+        f"{targets(goal)[-1]:.2g} voxel widths below the best"
+    )
+    if not problem["known"]:
+        return f"{line} that any run found."
+    met = "the optimum alone" if finest == 1 else f"{finest:.0f} designs"
+    hard = f"{problem['hard']:.0f} of them are met by no more than four designs"
+    return f"{line} (met by {met}); {hard}."
 
 
-def _pairs(section: Section, parts: Parts, mark: str) -> list[str]:
-    """Show all pairs at one budget, and name the files with the others."""
-    names = [key("pairs", section.level, terms) for terms in TERMS]
-    if names[0] not in parts.texts:
-        return []
+def _target_sizes(table: pd.DataFrame) -> str:
+    """Return a sentence with how many designs meet each target, where that is known."""
+    if table["designs"].isna().any():
+        return ""
+    parts = []
+    for (share,), rows in groups(table, "target"):
+        counts = rows.groupby("terms")["designs"].first()
+        parts.append(
+            f"{counts['raw']:.0f} ({text.percent(share)}; {counts['class']:.0f} in class terms)"
+        )
+    return f" So many of all designs meet the targets: {', '.join(parts)}."
+
+
+def _pairs(table: pd.DataFrame, mark: str) -> list[str]:
+    """Show all pairs at one budget."""
+    shown = max((b for b in table["budget"] if b <= PAIRS_AT), default=table["budget"].min())
     blocks = [
         f"{mark} Pairs",
-        f"After {shown_budget(section)} unique evaluations: the chance (Vargha and Delaney's A12) "
-        "that a run of the searcher at the left has found a fitter design than one of the searcher "
-        "above, ties counted half. Bold: Mann and Whitney's two-sided test, adjusted by Holm for "
-        "all pairs of the table, is below 0.05. The other budgets are in "
-        f"tables/{names[0]}.md and tables/{names[1]}.md, U and p in tables/pairs.csv.",
+        f"After {shown} unique evaluations: the chance (Vargha and Delaney's A12) that a run of "
+        "the searcher at the left has found a fitter design than one of the searcher above, ties "
+        "counted half. Bold: Mann and Whitney's two-sided test, adjusted by Holm for all pairs of "
+        "the table, is below 0.05. The other budgets, U and p are in tables/pairs.csv.",
     ]
-    for terms, name in zip(TERMS, names, strict=True):
-        blocks += [f"In {terms} terms:", parts.texts[name]]
+    for (terms,), here in groups(table[table["budget"] == shown], "terms"):
+        blocks += [f"In {terms} terms:", text.pairs(here)]
     return blocks
 
 
-def shown_budget(section: Section) -> int:
-    """Return the fixed budget at which the page shows all pairs."""
-    return max((b for b in budgets(section.length) if b <= PAIRS_AT), default=section.length)
-
-
-def _noise(parts: Parts, notes: list[str], naive: str) -> list[str]:
+def _noise(made: Tables, pictures: list[str]) -> list[str]:
+    policies, searchers, problems = (
+        made[name] for name in ("noise_policies", "noise_searchers", "problems")
+    )
+    ends = dict.fromkeys(name.rpartition("_level_")[0] for name in problems["name"])
+    notes = [
+        escaped(f"{', '.join(figures.where(problems, problem))}: {problem['truth']}.")
+        for problem in records(problems)
+        if problem["physics"]
+    ]
     blocks = [
         "## What is recommended",
         "*True value*: the mean fitness of a design at that level of noise, measured over many "
@@ -198,14 +253,14 @@ def _noise(parts: Parts, notes: list[str], naive: str) -> list[str]:
         "believes the recommended design to be worth less its true value (mean; 0 is honest, above "
         "it the searcher was fooled by luck). The bands are about the runs; that the true values "
         "have errors themselves is not in them.",
-        "\n".join(f"- {note}" for note in notes),
-        *(f"![{name}](figures/{name})" for name in _noise_figures(parts)),
-        _policies(naive),
-        parts.texts["noise_policies"],
+        "\n".join(f"- {note[0].upper()}{note[1:]}" for note in notes),
+        *_pictures([f"{measure}{end}" for end in ends for measure in MEASURES], pictures),
+        _policies(reference_policy(made["recommendations"]["policy"])),
+        _shown("noise_policies", text.noise(policies)),
         "Each searcher:",
-        shown("noise_searchers", parts),
+        _shown("noise_searchers", text.noise(searchers)),
     ]
-    if "known)" in parts.texts["noise_searchers"]:
+    if (searchers["known"] < searchers["runs"]).any():
         blocks.append(
             "Where only some are known, the others recommend designs whose true value was not "
             "measured at that level. They are left out, which may flatter or not."
@@ -214,21 +269,12 @@ def _noise(parts: Parts, notes: list[str], naive: str) -> list[str]:
 
 
 def _policies(naive: str) -> str:
-    text = "All searchers together"
     if not naive:
-        return f"{text}:"
+        return "All searchers together:"
     return (
-        f"{text}, by policy. A12 is the chance that a run under the policy, of any searcher, has "
-        f"the larger true regret (or optimism) than one under *{naive}*, ties counted half: below "
-        "0.5 the policy lowers it; differences between the searchers draw it towards 0.5. p by "
-        "Mann and Whitney, two-sided, adjusted by Holm for the policies of a level."
+        "All searchers together, by policy. A12 is the chance that a run under the policy, of any "
+        f"searcher, has the larger true regret (or optimism) than one under *{escaped(naive)}*, "
+        "ties counted half: below 0.5 the policy lowers it; differences between the searchers draw "
+        "it towards 0.5. p by Mann and Whitney, two-sided, adjusted by Holm for the policies of a "
+        "level."
     )
-
-
-def _noise_figures(parts: Parts) -> list[str]:
-    return [name for name in ("true_regret.png", "optimism.png") if name in parts.figures]
-
-
-def _picture(name: str, section: Section, *more: str) -> str:
-    file = f"{key(name, section.level, *more)}.png"
-    return f"![{file}](figures/{file})"

@@ -15,17 +15,10 @@ Array = NDArray[np.float64]
 Statistic = Callable[[Array], Array]
 
 RESAMPLES = 2000
-CONFIDENCE = 0.95
+TAILS = ((1 - 0.95) / 2, 1 - (1 - 0.95) / 2)  # of a band of 95 %
 
-_SEED = 2021
-
-
-def fixed_generator() -> np.random.Generator:
-    """Return a generator in the state that every band of the report starts from.
-
-    Each band gets its own, so that it doesn't depend on which others the report has.
-    """
-    return np.random.default_rng(_SEED)
+#: Of every band, whichever others a report has; so it is the same every time.
+SEED = 2021
 
 
 def iqm(values: ArrayLike) -> Array:
@@ -52,8 +45,8 @@ def mean(values: ArrayLike) -> Array:
     return np.asarray(np.mean(np.asarray(values, dtype=np.float64), axis=-1))
 
 
-def resampled(strata: ArrayLike, *, rng: np.random.Generator, resamples: int) -> NDArray[np.intp]:
-    """Draw runs with replacement, each stratum as often as it has runs.
+def resampled(strata: ArrayLike) -> NDArray[np.intp] | None:
+    """Draw runs with replacement, each stratum as often as it has runs, from a fixed seed.
 
     Parameters
     ----------
@@ -62,38 +55,33 @@ def resampled(strata: ArrayLike, *, rng: np.random.Generator, resamples: int) ->
 
     Returns
     -------
-    ndarray, shape (resamples, n)
-        Positions of the drawn runs.
+    ndarray, shape (RESAMPLES, n), or None
+        Positions of the drawn runs; None where no stratum has two.
     """
-    labels = np.asarray(strata)
+    labels, rng = np.asarray(strata), np.random.default_rng(SEED)
+    names = np.unique(labels)
+    if len(names) == len(labels):
+        return None
     drawn = []
-    for label in np.unique(labels):
-        members = np.flatnonzero(labels == label)
-        drawn.append(members[rng.integers(len(members), size=(resamples, len(members)))])
+    for name in names:
+        members = np.flatnonzero(labels == name)
+        drawn.append(members[rng.integers(len(members), size=(RESAMPLES, len(members)))])
     return np.concatenate(drawn, axis=1)
 
 
 def band(
-    values: ArrayLike,
-    *,
-    rng: np.random.Generator,
-    statistic: Statistic = iqm,
-    strata: ArrayLike | None = None,
-    resamples: int = RESAMPLES,
-    confidence: float = CONFIDENCE,
+    values: ArrayLike, *, statistic: Statistic = iqm, strata: ArrayLike | None = None
 ) -> tuple[Array, Array]:
     """Return the percentile band of a statistic by the stratified bootstrap over runs.
 
     Whole runs are drawn, so all columns of a resample share its runs. A stratum is what the design
-    of an experiment holds fixed and is not sampled: here the searcher. So the band of one searcher
-    has a single stratum, which makes it the ordinary bootstrap; where runs of several searchers
-    are pooled, each searcher's are drawn among themselves.
+    of an experiment holds fixed and is not sampled: where runs of several searchers are pooled,
+    each searcher's are drawn among themselves. One stratum makes it the ordinary bootstrap.
 
     Parameters
     ----------
     values : ndarray, shape (n,) or (n, m)
         Of n runs, at m places.
-    rng : numpy.random.Generator
     statistic : callable
         Reduces the last axis.
     strata : array_like, shape (n,), optional
@@ -110,18 +98,15 @@ def band(
     """
     table = np.asarray(values, dtype=np.float64)
     columns = table[:, np.newaxis] if table.ndim == 1 else table
-    labels = np.zeros(len(table), dtype=np.intp) if strata is None else np.asarray(strata)
-    if len(labels) == len(np.unique(labels)):
-        nothing = np.full(table.shape[1:], np.nan)
-        return nothing, nothing.copy()
-    drawn = resampled(labels, rng=rng, resamples=resamples)
+    drawn = resampled(np.zeros(len(table)) if strata is None else strata)
+    if drawn is None:
+        return np.full(table.shape[1:], np.nan), np.full(table.shape[1:], np.nan)
     made = np.stack([statistic(column[drawn]) for column in columns.T], axis=-1)
-    tail = (1 - confidence) / 2
-    low, high = np.quantile(made, [tail, 1 - tail], axis=0)
+    low, high = np.quantile(made, TAILS, axis=0)
     return low.reshape(table.shape[1:]), high.reshape(table.shape[1:])
 
 
-def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
+def expected_running_time(used: ArrayLike, succeeded: ArrayLike) -> Array:
     """Return the evaluations of all runs together per run that reached the target.
 
     It estimates how many evaluations it takes to reach a target when runs that end without it are
@@ -131,7 +116,7 @@ def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
     ----------
     used : ndarray, shape (..., n)
         Evaluations of each run until it reached the target, or all that it used.
-    is_hit : ndarray of bool, shape (..., n)
+    succeeded : ndarray of bool, shape (..., n)
         Whether it reached the target.
 
     Returns
@@ -145,9 +130,25 @@ def expected_running_time(used: ArrayLike, is_hit: ArrayLike) -> Array:
     algorithm, CEC 2005.
     """
     total = np.asarray(used, dtype=np.float64).sum(axis=-1)
-    hits = np.asarray(is_hit, dtype=np.float64).sum(axis=-1)
+    successes = np.asarray(succeeded, dtype=np.float64).sum(axis=-1)
     never = np.full(np.shape(total), np.inf)
-    return np.asarray(np.divide(total, hits, out=never, where=hits > 0))
+    return np.asarray(np.divide(total, successes, out=never, where=successes > 0))
+
+
+def running_time_band(
+    used: ArrayLike, succeeded: ArrayLike, *, strata: ArrayLike
+) -> tuple[float, float]:
+    """Return the percentile band of the expected running time by the bootstrap of `band`.
+
+    The stratum of a run, shape (n,), is its problem; the others are as in `expected_running_time`.
+    """
+    drawn = resampled(strata)
+    if drawn is None:
+        return np.nan, np.nan
+    made = expected_running_time(np.asarray(used)[drawn], np.asarray(succeeded)[drawn])
+    # No interpolation: between a number and infinity there is nothing.
+    low, high = np.quantile(made, TAILS, method="inverted_cdf")
+    return float(low), float(high)
 
 
 class Comparison(NamedTuple):

@@ -1,200 +1,296 @@
-"""The tables of a comparison without regard to what the searchers recommend."""
+"""The tables of a comparison, each a data frame as it is written to a CSV file."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_search.report.cells import Cell, Section
-from softvox_search.report.curves import FIXED_TARGETS, budgets, ecdf, positions
-from softvox_search.report.frames import groups
-from softvox_search.report.results import Results
+from softvox_search.report import noise
+from softvox_search.report.curves import (
+    AXES,
+    PROBLEM,
+    best,
+    budgets,
+    ecdf,
+    finished,
+    first,
+    first_at,
+    groups,
+    positions,
+    targets,
+)
 from softvox_search.report.statistics import (
-    CONFIDENCE,
-    RESAMPLES,
     band,
     compare,
     expected_running_time,
-    fixed_generator,
     holm,
     iqm,
-    resampled,
+    running_time_band,
 )
-from softvox_search.report.truth import TERMS, optimum
+from softvox_search.report.truth import TERMS
+
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
 
 Array = NDArray[np.float64]
 
-FIXED_BUDGET_COLUMNS = ["runs", "reached", "iqm", "low", "high", "mean", "success"]
+#: Shares of the best fitness that count as targets.
+FIXED_TARGETS = (0.95, 0.99, 1.0)
 
 
-def overview(results: Results) -> pd.DataFrame:
-    """Return, for every searcher, level and policy, how many runs there are and what they used."""
+def make(results: Results) -> dict[str, pd.DataFrame]:
+    """Return the tables of a report by name.
+
+    Searchers are compared problem by problem, under the policy that the experiment names first;
+    and where there are several physics, over all of them: in those rows physics is "".
+
+    =============== =======================================================================
+    runs            `overview`
+    problems        `problems`
+    anytime         `anytime`, one problem after the other; so are the next three
+    fixed_budget    `fixed_budget`
+    fixed_target    `fixed_target`
+    pairs           `pairs`
+    recommendations `noise.recommendations`, where the experiment has levels of noise
+    noise_searchers `noise.by_searcher`
+    noise_policies  `noise.by_policy`
+    =============== =======================================================================
+    """
+    made = {"runs": overview(results.runs)}
+    runs = finished(results)
+    if not len(runs):
+        return made
+    compared = sections(runs)
+    made["problems"] = problems(compared, results.problems)
+    for function in (anytime, fixed_budget, fixed_target, pairs):
+        tables = [
+            function(section).assign(**dict(zip(AXES, key, strict=False)))
+            for key, section in groups(compared, *AXES[:4])
+        ]
+        whole = pd.concat([table for table in tables if len(table)] or tables, ignore_index=True)
+        if len(whole):
+            made[function.__name__] = whole[[*AXES[:4], *whole.columns.drop(AXES[:4])]]
+    noisy = runs[runs["level"].notna()]
+    if len(noisy):
+        made["recommendations"] = noise.recommendations(noisy, results.problems)
+        made["noise_searchers"] = noise.by_searcher(made["recommendations"])
+        made["noise_policies"] = noise.by_policy(made["recommendations"])
+    return made
+
+
+def overview(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return how many runs of each kind there are, and the medians of what finished ones used."""
+    ok = runs["status"] == "ok"
+    used = {name: runs[name].where(ok) for name in ("unique", "evaluations", "steps")}
+    counted = runs[AXES].assign(runs=ok, failed=~ok, **used)
+    how = {"runs": "sum", "failed": "sum"} | dict.fromkeys(used, "median")
+    grouped: Any = counted.groupby(AXES, dropna=False, sort=False)
+    return pd.DataFrame(grouped.agg(how).reset_index())
+
+
+def sections(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs by which searchers are compared: those under the first policy.
+
+    They are followed by the same again, pooled over all physics of a lattice and level, with "" for
+    their physics; without the searchers that lack finished runs on any of them, which would be
+    compared on other problems. The column instance has the physics of every run.
+    """
+    parts = [
+        group[group["policy"] == group["policy"].iat[0]] for _, group in groups(runs, *PROBLEM)
+    ]
+    compared = pd.concat(parts, ignore_index=True)
+    compared["instance"] = compared["physics"]
+    pooled = []
+    for _, group in groups(compared, "shape", "level", "policy"):
+        n = group["physics"].nunique()
+        if n > 1:
+            pooled += [own for _, own in groups(group, "searcher") if own["physics"].nunique() == n]
+    return pd.concat([compared, *(own.assign(physics="") for own in pooled)], ignore_index=True)
+
+
+def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
+    """Return what the searchers are compared on.
+
+    One row each: physics, shape, level; policy, under which they are compared; goal, the largest
+    fitness, and known, whether it is the optimum or merely the best that any run found; finest, by
+    how many designs the hardest of `curves.targets` is met, and hard, how many of those are met by
+    no more than four in either terms; truth, what is best under that noise; name, what the files
+    about it end with.
+    """
+    several = [name for name in ("physics", "shape") if len(set(compared[name]) - {""}) > 1]
+    files = {name: _file_names(compared[name]) for name in several}
     rows = []
-    for (level, policy, searcher), group in groups(results.runs, "level", "policy", "searcher"):
-        done = group[group["status"] == "ok"]
-        rows.append(
-            {
-                "level": level,
-                "policy": policy,
-                "searcher": searcher,
-                "runs": len(done),
-                "failed": len(group) - len(done),
-                "unique": done["unique"].median(),
-                "evaluations": done["evaluations"].median(),
-                "steps": done["steps"].median(),
-            }
-        )
+    for key, group in groups(compared, *AXES[:4]):
+        row = dict(zip(AXES, key, strict=False))
+        landscape = first(group, "landscape")
+        row |= {"known": landscape is not None, "goal": np.nan}
+        if row["physics"]:
+            row["goal"] = first(group, "goal")
+            if not np.isnan(row["level"]):
+                row["truth"] = noise.truth_of(row, given).note
+            if landscape:
+                below = [row["goal"] - own[:, np.newaxis] for own in landscape.values()]
+                met = np.sum(below <= targets(row["goal"]), axis=1)
+                row |= {"finest": met[0, -1], "hard": np.sum(met.max(axis=0) <= 4)}
+        ends = [files[name][row[name]] for name in several]
+        ends += [] if np.isnan(row["level"]) else [f"level_{row['level']:g}"]
+        rows.append({**row, "name": "".join(f"_{end}" for end in ends)})
     return pd.DataFrame(rows)
 
 
-def anytime(section: Section) -> pd.DataFrame:
+def _file_names(labels: pd.Series[str]) -> dict[str, str]:
+    """Return for every label what can be part of a file's name, different for each."""
+    names = {"": "all"}
+    for i, label in enumerate(dict.fromkeys(labels[labels != ""])):
+        name = re.sub(r"[^a-z0-9.-]+", "_", label.lower())[:40]
+        names[label] = f"{name}_{i}" if name in names.values() or name != label.lower() else name
+    return names
+
+
+def _by_searcher(
+    section: pd.DataFrame,
+) -> list[tuple[dict[str, Any], pd.Series[Any], pd.DataFrame]]:
+    """Return terms and searcher as columns, curves and runs, for all that a section has."""
+    return [
+        ({"terms": terms, "searcher": searcher}, runs[terms], runs)
+        for terms in TERMS
+        if section[terms].notna().all()
+        for (searcher,), runs in groups(section, "searcher")
+    ]
+
+
+def _below(runs: pd.DataFrame, values: Array) -> Array:
+    """Return how far the best values of every run are below its goal, shape (n, m)."""
+    return np.asarray(runs["goal"].to_numpy()[:, np.newaxis] - values)
+
+
+def _judged(runs: pd.DataFrame, values: Array) -> tuple[Array, dict[str, Any]]:
+    """Return what runs are judged by, and as columns its name, centre and band.
+
+    The regret where it is known, else the best value.
+    """
+    measure = "best"
+    if first(runs, "landscape") is not None:
+        measure, values = "regret", _below(runs, values)
+    low, high = band(values)
+    return values, {"measure": measure, "iqm": iqm(values.T), "low": low, "high": high}
+
+
+def anytime(section: pd.DataFrame) -> pd.DataFrame:
     """Return the regret of every searcher after so many unique evaluations.
 
-    One row per terms, searcher and position: iqm over the runs with low and high, its bootstrap
-    band (voxel widths), and ecdf, the share of targets reached.
+    One row per terms, searcher and position: ecdf, the share of targets reached; measure, "regret"
+    or where the optimum is not known "best", the best value so far; and its iqm over the runs with
+    low and high, its bootstrap band (voxel widths), which several physics have no common one of.
+
+    The section has the rows of `sections` about one problem, or about several pooled.
     """
-    at = positions(section.length)
+    at = positions(int(section["unique"].max()))
     parts = []
-    for terms in TERMS:
-        for cell in section.cells:
-            regret = cell.regret(terms, at)
-            low, high = band(regret, rng=fixed_generator())
-            parts.append(
-                pd.DataFrame(
-                    {
-                        **_names(section, terms, cell),
-                        "unique": at,
-                        "iqm": iqm(regret.T),
-                        "low": low,
-                        "high": high,
-                        "ecdf": ecdf(regret),
-                    }
-                )
-            )
+    for names, curves, runs in _by_searcher(section):
+        values = best(curves, at)
+        share = ecdf(_below(runs, values), runs["goal"])
+        judged = _judged(runs, values)[1] if runs["instance"].nunique() == 1 else {}
+        parts.append(pd.DataFrame({**names, "unique": at, "ecdf": share, **judged}))
     return pd.concat(parts, ignore_index=True)
 
 
-def fixed_budget(section: Section) -> pd.DataFrame:
+def fixed_budget(section: pd.DataFrame) -> pd.DataFrame:
     """Return the regret of every searcher at each fixed budget of unique evaluations.
 
-    One row per terms, searcher and budget: runs; reached, the share of them that used so many (the
-    others keep their last value); iqm with low and high, its bootstrap band, and mean of the
-    regret (voxel widths); success, the share of runs that found the optimum. Empty where the
-    budget of the searcher's own runs is smaller.
+    One row per terms, searcher and budget: measure, as in `anytime`; runs; reached, the share of
+    them that used so many (the others keep their last value); iqm with low and high, its bootstrap
+    band, and mean of the measure (voxel widths); success, the share of runs that reached the goal.
+    Empty where the budget of the searcher's own runs is smaller. Nothing where the runs are of
+    several physics.
     """
-    at = np.array(budgets(section.length))
+    if section["instance"].nunique() > 1:
+        return pd.DataFrame()
+    at = budgets(int(section["unique"].max()))
+    parts = []
+    for names, curves, runs in _by_searcher(section):
+        values, judged = _judged(runs, best(curves, at))
+        columns = {
+            "reached": np.mean(runs["unique"].to_numpy()[:, np.newaxis] >= at, axis=0),
+            **judged,
+            "mean": values.mean(axis=0),
+            "success": np.mean(_below(runs, best(curves, at)) == 0, axis=0),
+        }
+        table = pd.DataFrame({**names, "budget": at, "runs": len(runs), **columns})
+        table.loc[at > runs["limit"].max(), [name for name in columns if name != "measure"]] = (
+            np.nan
+        )
+        parts.append(table)
+    return pd.concat(parts, ignore_index=True)
+
+
+def fixed_target(section: pd.DataFrame) -> pd.DataFrame:
+    """Return what it costs every searcher to reach each share of the goal.
+
+    One row per terms, searcher and target: the fitness asked for (voxel widths), and how many
+    designs have it; runs, and successes, those that reached it; success, their share; ert, the
+    expected running time in unique evaluations with its bootstrap band, infinite where no run (or
+    no resampled run) reached it; median, of the evaluations that the successful runs took.
+    Runs of several physics are pooled, each physics a stratum of the bootstrap.
+    """
     rows = []
-    for terms in TERMS:
-        for cell in section.cells:
-            regret = cell.regret(terms, at)
-            low, high = band(regret, rng=fixed_generator())
-            for i, budget in enumerate(at):
-                row: dict[str, Any] = {**_names(section, terms, cell), "budget": int(budget)}
-                values: tuple[float, ...] = (
-                    len(cell.run),
-                    float(np.mean(cell.unique >= budget)),
-                    float(iqm(regret[:, i])),
-                    low[i],
-                    high[i],
-                    regret[:, i].mean(),
-                    float(np.mean(regret[:, i] == 0)),
-                )
-                if budget > cell.limit:
-                    values = (len(cell.run), *[np.nan] * 6)
-                rows.append({**row, **dict(zip(FIXED_BUDGET_COLUMNS, values, strict=True))})
+    is_one = section["instance"].nunique() == 1
+    for names, curves, runs in _by_searcher(section):
+        landscape = first(runs, "landscape") if is_one else None
+        for share in FIXED_TARGETS:
+            wanted = share * runs["goal"]
+            at = first_at(curves, wanted)
+            succeeded = np.isfinite(at)
+            used = np.where(succeeded, at, runs["unique"])
+            low, high = running_time_band(used, succeeded, strata=runs["instance"].to_numpy(str))
+            row = {
+                "target": share,
+                "fitness": wanted.iat[0] if is_one else np.nan,
+                "designs": np.sum(landscape[names["terms"]] >= wanted.iat[0])
+                if landscape
+                else np.nan,
+                "runs": len(at),
+                "successes": succeeded.sum(),
+                "success": succeeded.mean(),
+                "ert": float(expected_running_time(used, succeeded)),
+                "low": low,
+                "high": high,
+                "median": np.median(at[succeeded]) if succeeded.any() else np.nan,
+            }
+            rows.append({**names, **row})
     return pd.DataFrame(rows)
 
 
-def fixed_target(section: Section) -> pd.DataFrame:
-    """Return what it costs every searcher to reach each share of the best fitness.
-
-    One row per terms, searcher and target: the fitness asked for (voxel widths); runs, and hits,
-    those that reached it; success, their share; ert, the expected running time in unique
-    evaluations with its bootstrap band, infinite where no run (or no resampled run) reached it;
-    median, of the evaluations that the successful runs took.
-    """
-    rows = []
-    for terms in TERMS:
-        for cell in section.cells:
-            for share in FIXED_TARGETS:
-                first = cell.hit(terms, share * optimum())
-                is_hit = np.isfinite(first)
-                used = np.where(is_hit, first, cell.unique)
-                low, high = _running_time_band(used, is_hit)
-                rows.append(
-                    {
-                        **_names(section, terms, cell),
-                        "target": share,
-                        "fitness": share * optimum(),
-                        "runs": len(first),
-                        "hits": int(is_hit.sum()),
-                        "success": is_hit.mean(),
-                        "ert": float(expected_running_time(used, is_hit)),
-                        "low": low,
-                        "high": high,
-                        "median": np.median(first[is_hit]) if is_hit.any() else np.nan,
-                    }
-                )
-    return pd.DataFrame(rows)
-
-
-def pairs(section: Section) -> pd.DataFrame:
+def pairs(section: pd.DataFrame) -> pd.DataFrame:
     """Return every two searchers compared at each fixed budget, by their runs' best values.
 
     One row per terms, budget and pair: n_a, n_b, Mann and Whitney's u and p (two-sided), p_holm,
     adjusted for all pairs of the same terms and budget, and a12, the chance that a run of a has
     found a fitter design than a run of b, ties counted half. A searcher whose own budget is
-    smaller is left out there.
+    smaller is left out there. Nothing where the runs are of several physics.
     """
-    at = np.array(budgets(section.length))
-    parts = []
+    if section["instance"].nunique() > 1:
+        return pd.DataFrame()
+    at = budgets(int(section["unique"].max()))
+    values = [
+        (names["terms"], names["searcher"], runs["limit"].max(), best(curves, at))
+        for names, curves, runs in _by_searcher(section)
+    ]
+    rows = []
     for terms in TERMS:
-        best = {cell.searcher: cell.best(terms, at) for cell in section.cells}
         for i, budget in enumerate(at):
-            able = [cell.searcher for cell in section.cells if budget <= cell.limit]
-            rows = []
-            for a, b in combinations(able, 2):
-                found = compare(best[a][:, i], best[b][:, i])
-                rows.append(
-                    {
-                        "level": section.level,
-                        "policy": section.policy,
-                        "terms": terms,
-                        "budget": int(budget),
-                        "a": a,
-                        "b": b,
-                        "n_a": len(best[a]),
-                        "n_b": len(best[b]),
-                        **found._asdict(),
-                    }
-                )
-            if rows:
-                frame = pd.DataFrame(rows)
-                frame.insert(10, "p_holm", holm(frame["p"].to_numpy()))
-                parts.append(frame)
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
-def _names(section: Section, terms: str, cell: Cell) -> dict[str, Any]:
-    return {
-        "level": section.level,
-        "policy": section.policy,
-        "terms": terms,
-        "searcher": cell.searcher,
-    }
-
-
-def _running_time_band(used: Array, is_hit: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return the percentile band of the expected running time by the bootstrap over runs."""
-    if len(used) < 2:
-        return np.nan, np.nan
-    drawn = resampled(np.zeros(len(used)), rng=fixed_generator(), resamples=RESAMPLES)
-    made = expected_running_time(used[drawn], is_hit[drawn])
-    tail = (1 - CONFIDENCE) / 2
-    # No interpolation: between a number and infinity there is nothing.
-    low, high = np.quantile(made, [tail, 1 - tail], method="inverted_cdf")
-    return float(low), float(high)
+            able = [own for own in values if own[0] == terms and budget <= own[2]]
+            for (_, a, _, ours), (_, b, _, theirs) in combinations(able, 2):
+                names = {"terms": terms, "budget": budget, "a": a, "b": b}
+                found = compare(ours[:, i], theirs[:, i])._asdict()
+                rows.append({**names, "n_a": len(ours), "n_b": len(theirs), **found})
+    table = pd.DataFrame(rows)
+    if rows:
+        table.insert(8, "p_holm", table.groupby(["terms", "budget"])["p"].transform(holm))
+    return table

@@ -1,88 +1,91 @@
-"""The known landscape that runs are held against, without noise and with."""
+"""The known landscapes that runs are held against, without noise and with."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym.design import N_DESIGNS
+from softvox_gym import Physics
 from softvox_gym.landscapes.analysis import symmetry_classes
+
+Array = NDArray[np.float64]
+
+#: The lattice whose designs are all known.
+SHAPE = (2, 2, 2)
 
 #: Two ways to count: every design for itself; or a robot turned or mirrored as the same robot.
 TERMS = ("raw", "class")
 
+#: What `Physics.of` takes.
+AnyPhysics = str | Mapping[str, Any] | Physics
 
-@lru_cache(maxsize=2)
-def exact_fitness(terms: str) -> NDArray[np.float64]:
-    """Return the noise-free fitness of every design, shape (6561,), voxel widths; read-only.
 
-    Parameters
-    ----------
-    terms : "raw" or "class"
-        In class terms a design is worth the best of its symmetry class (turned about the vertical,
-        mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best
-        robot, 6453 (4.66), turned by a quarter.
+def exact_fitness(physics: AnyPhysics = "published") -> dict[str, Array]:
+    """Return the noise-free fitness of every 2x2x2 design in each of `TERMS`.
 
-    Raises
-    ------
-    ValueError
-        For other terms.
+    In class terms a design is worth the best of its symmetry class (turned about the vertical,
+    mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best robot,
+    6453 (4.66), turned by a quarter.
+
+    Returns
+    -------
+    dict of ndarray, shape (6561,)
+        By terms; voxel widths, 0 where a design diverges. Read-only.
     """
-    if terms not in TERMS:
-        raise ValueError(f"terms must be one of {', '.join(TERMS)}, got {terms!r}")
-    fitness = np.asarray(softvox_gym.landscape()["fitness"], dtype=np.float64)
-    if terms == "class":
-        classes = symmetry_classes(reflections=True)
-        best = np.full(N_DESIGNS, -np.inf)
-        np.maximum.at(best, classes, fitness)
-        fitness = best[classes]
-    fitness.flags.writeable = False
-    return fitness
+    return _exact_fitness(Physics.of(physics))
 
 
-def optimum() -> float:
-    """Return the best noise-free fitness, voxel widths; the same in raw and in class terms."""
-    return float(exact_fitness("raw").max())
+@lru_cache(maxsize=64)
+def _exact_fitness(physics: Physics) -> dict[str, Array]:
+    raw = np.nan_to_num(np.asarray(softvox_gym.landscape(physics)["fitness"]))
+    classes = symmetry_classes(reflections=True)
+    best = np.zeros(len(raw))
+    np.maximum.at(best, classes, raw)
+    exact = dict(zip(TERMS, (raw, best[classes]), strict=True))
+    for fitness in exact.values():
+        fitness.flags.writeable = False
+    return exact
 
 
 class Truth(NamedTuple):
-    """What designs are worth at a level of noise.
+    """What designs are worth in a problem.
 
-    value : ndarray, shape (6561,)
-        Mean fitness of every design at that level, voxel widths; NaN where it was not measured.
-    best : int
-        The number of the design with the largest; -1 where none was measured.
-    optimum : float
-        Its value.
-    error : float
-        Standard error of that; 0 where it is exact.
+    value : ndarray, shape (6561,), or None
+        Mean fitness of every design at the level of noise, voxel widths; NaN where it was not
+        measured. None where nothing is known.
     note : str
-        Why values are missing, where all are.
+        Which design is best, or why nothing is known, in words.
     """
 
-    value: NDArray[np.float64]
-    best: int
-    optimum: float
-    error: float
-    note: str = ""
+    value: Array | None
+    note: str
 
 
-def truth_at(level: float) -> Truth:
-    """Return what designs are worth at a level of noise; all NaN where nobody measured that.
+def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> Truth:
+    """Return what designs are worth at a level of noise, as far as anybody knows.
 
-    Level 0 is exact; the other levels are means over many draws, and have their standard error.
+    Level 0 is exact on the 2x2x2 lattice under any physics. The other levels are means over many
+    draws, and have their standard error; they are known under the published physics.
     """
+    if tuple(shape) != SHAPE:
+        return Truth(None, "no true values (not every design of this lattice was simulated)")
+    exactly = "(exact)"
     if level == 0:
-        return Truth(exact_fitness("raw"), int(exact_fitness("raw").argmax()), optimum(), 0.0)
-    try:
-        table = softvox_gym.noisy_landscape(level)
-    except ValueError as unknown:
-        return Truth(np.full(N_DESIGNS, np.nan), -1, np.nan, np.nan, str(unknown))
-    value = np.asarray(table["mean"], dtype=np.float64)
+        value = exact_fitness(physics)["raw"]
+    elif Physics.of(physics) != Physics.published():
+        return Truth(None, "no true values (noise was measured under the published physics)")
+    else:
+        try:
+            table = softvox_gym.noisy_landscape(level)
+        except ValueError as unknown:
+            return Truth(None, f"no true values ({unknown})")
+        value = np.asarray(table["mean"], dtype=np.float64)
+        row = table[np.nanargmax(value)]
+        exactly = f"± {row['std'] / np.sqrt(row['draws']):.4f} (standard error)"
     best = int(np.nanargmax(value))
-    error = float(table["std"][best] / np.sqrt(table["draws"][best]))
-    return Truth(value, best, float(value[best]), error)
+    return Truth(value, f"the best is design {best}, {value[best]:.4f} {exactly}")

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from deap import tools
-from numpy.typing import NDArray
+from deap import algorithms, tools
 
-from softvox_search.generational import Generational
-from softvox_search.options import share, whole
-from softvox_search.pareto import Objectives, fronts
-from softvox_search.protocol import Designs, Info
-from softvox_search.variation import Individual, digits, individuals, mutated, random_designs
+from softvox_gym import Lattice
+from softvox_gym.simulation import check_count
+from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
+from softvox_search.options import check_share
 
 
-class Afpo(Generational):
+class Afpo(Evolutionary):
     """Young designs are spared the competition with old ones: the fit and the young survive.
 
     As the field of soft robots uses it: in every generation each survivor ages by one and has one
@@ -26,6 +22,7 @@ class Afpo(Generational):
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     population : int
         Survivors of every generation.
@@ -37,40 +34,44 @@ class Afpo(Generational):
     TypeError, ValueError
         For an option that is not what it must be.
 
+    Notes
+    -----
+    The fronts are DEAP's generalisation of the sorting of Jensen, *Reducing the run-time
+    complexity of multiobjective EAs*, 2003: for a hundred individuals ten times as fast as
+    comparing all pairs.
+
     Source
     ------
     M. Schmidt, H. Lipson, *Age-fitness Pareto optimization*, Genetic Programming Theory and
     Practice VIII, 2011.
     """
 
+    fitness = ValueAndCost
+
     def __init__(
-        self, rng: np.random.Generator, *, population: int = 30, mutation: float = 1 / 4
+        self,
+        space: Lattice,
+        rng: np.random.Generator,
+        *,
+        population: int = 30,
+        mutation: float = 1 / 4,
     ) -> None:
-        super().__init__(rng)
-        self._size = whole("population", population)
-        self._mutation = share("mutation", mutation)
-        self._population: list[Individual] = []
-        self._ages: list[int] = []
+        check_count("population", population, least=1)
+        check_share("mutation", mutation)
+        super().__init__(space, rng, population=population, mutation=mutation)
 
-    def _carried(self) -> Sequence[Individual]:
-        return self._population
+    def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
+        return (value, individual.age)
 
-    def _initial(self) -> Designs:
-        self._ages = [0] * self._size
-        return random_designs(self._size, self.rng)
-
-    def _breed(self) -> Designs:
-        for survivor in self._population:
+    def _breed(self) -> list[Individual]:
+        for survivor in self.population:
             survivor.age += 1
-        self._ages = [*(survivor.age for survivor in self._population), 0]
-        children = mutated(digits(self._population), self._mutation, self.rng)
-        return np.concatenate([children, random_designs(1, self.rng)])
+            survivor.fitness.values = (survivor.fitness.values[0], survivor.age)
+        children: list[Individual] = algorithms.varAnd(self.population, self.toolbox, 0.0, 1.0)
+        return children + self.random(1)
 
-    def _select(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        pool = individuals(designs, values, self._ages) + self._population
-        for individual in pool:
-            individual.fitness = Objectives((individual.value, individual.age))
-        self._population = []
-        for front in fronts(pool, self._size):
-            left = self._size - len(self._population)
-            self._population += tools.selBest(front, left, fit_attr="value")
+    def _survivors(self, offspring: list[Individual]) -> list[Individual]:
+        survivors: list[Individual] = []
+        for front in tools.sortLogNondominated(offspring + self.population, self._size):
+            survivors += tools.selBest(front, self._size - len(survivors))
+        return survivors

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES, indices_of
+from softvox_search.adapter import Adapter
+from softvox_search.global_random import library
 from softvox_search.protocol import Designs
-from softvox_search.replay import Replayed, library
 
 
-class CatCma(Replayed):
-    """CatCMA with margin, over eight categorical variables; restarted when it has converged.
+class CatCma(Adapter):
+    """CatCMA with margin, over a categorical variable per site; restarted when it has converged.
 
     Of the ``cmaes`` library's two variants this is the one that works without continuous variables.
     It has no stopping rule for categorical ones, so here a generation that holds nothing new counts
@@ -21,6 +21,7 @@ class CatCma(Replayed):
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
 
     Raises
@@ -33,7 +34,9 @@ class CatCma(Replayed):
     """
 
     def _start(self) -> None:
-        self._optimiser = library("cmaes").CatCMAwM(c_space=[3] * N_SITES, seed=self._seed())
+        self._optimiser = library("cmaes").CatCMAwM(
+            c_space=[3] * self.space.sites, seed=self._seed()
+        )
         self._generation: list[tuple[Any, float]] = []
         self._has_news = False
 
@@ -44,7 +47,7 @@ class CatCma(Replayed):
         return np.array([solution.c.argmax(axis=1) for solution in self._proposed])
 
     def _learn(self, designs: Designs, values: NDArray[np.float64]) -> None:
-        self._has_news |= bool(np.isnan(self.values[indices_of(designs)]).any())
+        self._has_news |= bool(np.isnan(self.known(designs)).any())
         self._generation += zip(self._proposed, (-values).tolist(), strict=False)
         if len(self._generation) < self._optimiser.population_size:
             return

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from deap import tools
-from numpy.typing import NDArray
+from deap import algorithms, tools
 
-from softvox_search.generational import Generational
-from softvox_search.options import share, whole
-from softvox_search.protocol import Designs, Info
-from softvox_search.python_random import PythonRandom
-from softvox_search.variation import (
-    Individual,
-    crossed,
-    digits,
-    individuals,
-    mutated,
-    random_designs,
-)
+from softvox_gym import Lattice
+from softvox_gym.simulation import check_count
+from softvox_search.evolution import Evolutionary, Individual
+from softvox_search.options import check_share
 
 
-class GeneticAlgorithm(Generational):
+class GeneticAlgorithm(Evolutionary):
     """Tournament selection, uniform crossover, mutation; the elite goes on unchanged.
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     population : int
         Individuals in a generation, the elite included.
@@ -36,8 +26,9 @@ class GeneticAlgorithm(Generational):
         How many take part in the tournament for one parent's place.
     crossover : float
         Probability that a pair of children swaps digits.
-    mutation : float
-        Probability of each digit of a child to change; at least one always does.
+    mutation : float, optional
+        Probability of each digit of a child to change; at least one always does. One in so many as
+        there are sites where None.
 
     Raises
     ------
@@ -52,45 +43,39 @@ class GeneticAlgorithm(Generational):
 
     def __init__(
         self,
+        space: Lattice,
         rng: np.random.Generator,
         *,
         population: int = 50,
         elite: int = 2,
         tournament: int = 3,
         crossover: float = 0.8,
-        mutation: float = 1 / 8,
+        mutation: float | None = None,
     ) -> None:
-        super().__init__(rng)
-        self._size = whole("population", population, least=2)
-        self._elite_size = whole("elite", elite, least=0)
-        if self._elite_size >= self._size:
+        check_count("population", population, least=2)
+        check_count("elite", elite, least=0)
+        if elite >= population:
             raise ValueError(
-                f"elite must be smaller than the population, {self._size}; got {elite}"
+                f"elite must be smaller than the population, {population}; got {elite}"
             )
-        self._tournament = whole("tournament", tournament)
-        self._crossover = share("crossover", crossover)
-        self._mutation = share("mutation", mutation)
-        self._random = PythonRandom(rng)
-        self._population: list[Individual] = []
+        check_count("tournament", tournament, least=1)
+        check_share("crossover", crossover)
+        mutation = 1 / space.sites if mutation is None else mutation
+        check_share("mutation", mutation)
+        super().__init__(space, rng, population=population, mutation=mutation)
+        self.toolbox.register("select", tools.selTournament, tournsize=tournament)
+        self._crossover = crossover
+        self._elite_size = elite
         self._elite: list[Individual] = []
 
-    def _carried(self) -> Sequence[Individual]:
+    def _carried(self) -> list[Individual]:
         return self._elite
 
-    def _initial(self) -> Designs:
-        return random_designs(self._size, self.rng)
+    def _breed(self) -> list[Individual]:
+        self._elite = tools.selBest(self.population, self._elite_size)
+        chosen = self.toolbox.select(self.population, self._size - self._elite_size)
+        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
+        return children
 
-    def _breed(self) -> Designs:
-        self._elite = tools.selBest(self._population, self._elite_size, fit_attr="value")
-        with self._random.swapped_in():
-            chosen = tools.selTournament(
-                self._population,
-                self._size - self._elite_size,
-                self._tournament,
-                fit_attr="value",
-            )
-            children = crossed(chosen, self._crossover)
-        return mutated(digits(children), self._mutation, self.rng)
-
-    def _select(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        self._population = self._elite + individuals(designs, values)
+    def _survivors(self, offspring: list[Individual]) -> list[Individual]:
+        return self._elite + offspring

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from ribs.archives import GridArchive
 
-from softvox_gym.design import ABSENT, ACTIVE, N_SITES, digits_of, indices_of
-from softvox_search.generational import Generational
-from softvox_search.options import share, whole
-from softvox_search.protocol import Designs, Info
-from softvox_search.variation import mutated, random_designs
+from softvox_gym import Lattice
+from softvox_gym.design import ABSENT, ACTIVE
+from softvox_gym.simulation import check_count
+from softvox_search.evolution import mutate, rows
+from softvox_search.global_random import GlobalRandom, library
+from softvox_search.options import check_share
+from softvox_search.protocol import Designs, Info, SearcherBase, keys_of
 
 #: Headings are told apart by so many sectors; number k is centred on k / SECTORS of a full turn
 #: from +x towards +y, so that a robot that walks straight along an axis is on no boundary.
@@ -23,29 +24,33 @@ NOWHERE = SECTORS
 STILL = 0.01
 
 
-class MapElites(Generational):
+class MapElites(SearcherBase):
     """Keeps the fittest design known for every (n_voxels, n_active, heading).
 
     The heading is the sector of a circle into which the design travels. A design that diverged or
     hardly moved (`STILL`) has none, and the cells of such designs are apart. Children are mutants
     of elites drawn uniformly, with replacement.
 
-    Under noise, `parents` are the elites of which the present generation was bred, not all: there
-    may be hundreds. One that turns out to head elsewhere moves to the cell of that heading, if it
-    is fitter than who is there.
+    Under noise, `parents` are the elites of which the designs asked for last were bred, not all:
+    there may be hundreds. One that turns out to head elsewhere moves to the cell of that heading,
+    if it is fitter than who is there.
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     population : int
-        Designs in a generation; those of the first are drawn at random.
-    mutation : float
-        Probability of each digit of a child to change; at least one always does.
+        Designs in a batch; those of the first are drawn at random.
+    mutation : float, optional
+        Probability of each digit of a child to change; at least one always does. One in so many as
+        there are sites where None.
 
     Raises
     ------
     TypeError, ValueError
         For an option that is not what it must be.
+    ImportError
+        Where ribs is not installed.
 
     Source
     ------
@@ -53,58 +58,71 @@ class MapElites(Generational):
     """
 
     def __init__(
-        self, rng: np.random.Generator, *, population: int = 50, mutation: float = 1 / 8
+        self,
+        space: Lattice,
+        rng: np.random.Generator,
+        *,
+        population: int = 50,
+        mutation: float | None = None,
     ) -> None:
-        super().__init__(rng)
-        self._size = whole("population", population)
-        self._mutation = share("mutation", mutation)
-        self._bred_of: Designs = np.zeros((0, N_SITES), dtype=np.int64)
-        dims = (N_SITES + 1, N_SITES + 1, SECTORS + 1)
-        self._archive = GridArchive(
-            solution_dim=N_SITES,
+        super().__init__(space, rng)
+        check_count("population", population, least=1)
+        self._mutation = 1 / space.sites if mutation is None else mutation
+        check_share("mutation", self._mutation)
+        self._size = population
+        self._random = GlobalRandom(rng)
+        self._n_random = population  # left to be told of the first batch
+        self._bred_of: Designs = np.zeros((0, space.sites), dtype=np.int64)
+        dims = (space.sites + 1, space.sites + 1, SECTORS + 1)
+        self._archive = library("ribs.archives").GridArchive(
+            solution_dim=space.sites,
             dims=dims,
             ranges=[(-0.5, n - 0.5) for n in dims],
-            solution_dtype=np.int64,
-            objective_dtype=np.float64,
-            measures_dtype=np.float64,
         )
 
+    def ask(self, n: int | None = None) -> Designs:
+        """Return mutants of elites, at most n; random designs at first."""
+        if self._n_random:
+            return self.space.random(min(self._n_random, n or self._n_random), self.rng)
+        elites, size = self.elites()[0], min(self._size, n or self._size)
+        self._bred_of = elites[self.rng.integers(len(elites), size=size)]
+        with self._random.swapped_in():
+            return rows(
+                (mutate(elite, self._mutation)[0] for elite in self._bred_of.tolist()), self.space
+            )
+
+    def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
+        """Let the designs compete for their cells."""
+        super().tell(designs, values, info)
+        self._n_random = max(0, self._n_random - len(designs))
+        self._archive.add(designs, values, kinds(designs, info))
+
     def elites(self) -> tuple[Designs, NDArray[np.float64], NDArray[np.int64]]:
-        """Return the elites in order of their cells: designs (m, 8), values (m,), kinds (m, 3)."""
+        """Return the elites in order of their cells: designs, values (m,), kinds (m, 3)."""
         found = self._archive.data(["solution", "objective", "measures", "index"])
         order = np.argsort(found["index"])
         return (
-            found["solution"][order],
+            found["solution"][order].astype(np.int64),
             found["objective"][order],
             found["measures"][order].astype(np.int64),
         )
 
     def parents(self) -> Designs:
-        """Return the elites of which the present generation was bred, each once."""
-        return digits_of(np.unique(indices_of(self._bred_of)))
+        """Return the elites of which the designs asked for last were bred, each once."""
+        return np.unique(self._bred_of, axis=0)
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Take newer values and headings for elites; others are only remembered."""
-        self.values[indices_of(designs)] = values
+        super().tell(designs, values, info)
         known, objectives, found = self.elites()
-        is_newer = np.isin(indices_of(known), indices_of(designs))
+        elites, newer = set(keys_of(known)), set(keys_of(designs))
+        is_newer = np.array([key in newer for key in keys_of(known)], dtype=np.bool_)
+        is_elite = np.array([key in elites for key in keys_of(designs)], dtype=np.bool_)
         if not is_newer.any():
             return
-        is_elite = np.isin(indices_of(designs), indices_of(known))
         self._archive.clear()
         self._archive.add(known[~is_newer], objectives[~is_newer], found[~is_newer])
         self._archive.add(designs[is_elite], values[is_elite], kinds(designs, info)[is_elite])
-
-    def _initial(self) -> Designs:
-        return random_designs(self._size, self.rng)
-
-    def _breed(self) -> Designs:
-        elites, _, _ = self.elites()
-        self._bred_of = elites[self.rng.integers(len(elites), size=self._size)]
-        return mutated(self._bred_of, self._mutation, self.rng)
-
-    def _select(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        self._archive.add(designs, values, kinds(designs, info))
 
 
 def kinds(designs: Designs, info: Info) -> NDArray[np.int64]:

@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from deap import tools
-from numpy.typing import NDArray
+from deap import algorithms, tools
 
-from softvox_search.generational import Generational
-from softvox_search.options import share, whole
-from softvox_search.protocol import Designs, Info
-from softvox_search.python_random import PythonRandom
-from softvox_search.variation import (
-    Individual,
-    crossed,
-    digits,
-    individuals,
-    mutated,
-    random_designs,
-)
+from softvox_gym import Lattice
+from softvox_gym.simulation import check_count
+from softvox_search.evolution import Evolutionary, Individual
+from softvox_search.options import check_share
 
 
-class MuPlusLambda(Generational):
+class MuPlusLambda(Evolutionary):
     """Parents are drawn by lot; the fittest of parents and offspring together survive.
 
-    DEAP's `varOr` passes some parents on uncloned, so that changing a child may change its parent;
-    here every child is a copy. Of equally fit ones offspring come first, so that the population
-    can drift where mutations make no difference.
+    Of equally fit ones offspring come first, so that the population can drift where mutations make
+    no difference.
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     population : int
         Survivors of every generation, mu.
@@ -54,6 +43,7 @@ class MuPlusLambda(Generational):
 
     def __init__(
         self,
+        space: Lattice,
         rng: np.random.Generator,
         *,
         population: int = 20,
@@ -61,26 +51,19 @@ class MuPlusLambda(Generational):
         crossover: float = 0.5,
         mutation: float = 1 / 4,
     ) -> None:
-        super().__init__(rng)
-        self._size = whole("population", population)
-        self._offspring = whole("offspring", offspring)
-        self._crossover = share("crossover", crossover)
-        self._mutation = share("mutation", mutation)
-        self._random = PythonRandom(rng)
-        self._population: list[Individual] = []
+        check_count("population", population, least=1)
+        check_count("offspring", offspring, least=1)
+        check_share("crossover", crossover)
+        check_share("mutation", mutation)
+        super().__init__(space, rng, population=population, mutation=mutation)
+        self.toolbox.register("select", tools.selRandom, k=offspring)
+        self._crossover = crossover
 
-    def _carried(self) -> Sequence[Individual]:
-        return self._population
+    def _breed(self) -> list[Individual]:
+        chosen = self.toolbox.select(self.population)
+        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
+        return children
 
-    def _initial(self) -> Designs:
-        return random_designs(self._size, self.rng)
-
-    def _breed(self) -> Designs:
-        with self._random.swapped_in():
-            chosen = tools.selRandom(self._population, self._offspring)
-            children = crossed(chosen, self._crossover)
-        return mutated(digits(children), self._mutation, self.rng)
-
-    def _select(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        pool = individuals(designs, values) + self._population
-        self._population = tools.selBest(pool, self._size, fit_attr="value")
+    def _survivors(self, offspring: list[Individual]) -> list[Individual]:
+        fittest: list[Individual] = tools.selBest(offspring + self.population, self._size)
+        return fittest

@@ -7,13 +7,14 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES
+from softvox_gym import Lattice
+from softvox_search.adapter import Adapter
+from softvox_search.global_random import library
 from softvox_search.protocol import Designs
-from softvox_search.replay import Replayed, library
 
 
-class Nevergrad(Replayed):
-    """One of Nevergrad's optimisers, over eight choices of a digit.
+class Nevergrad(Adapter):
+    """One of Nevergrad's optimisers, over a choice of a digit per site.
 
     Asks for one design at a time, known ones included. The choices are ``TransitionChoice``, as
     Nevergrad's documentation proposes for discrete variables; ``Choice`` has a weight per digit and
@@ -21,6 +22,7 @@ class Nevergrad(Replayed):
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     optimizer : str
         A name of ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
@@ -38,10 +40,14 @@ class Nevergrad(Replayed):
     """
 
     def __init__(
-        self, rng: np.random.Generator, *, optimizer: str = "PortfolioDiscreteOnePlusOne"
+        self,
+        space: Lattice,
+        rng: np.random.Generator,
+        *,
+        optimizer: str = "PortfolioDiscreteOnePlusOne",
     ) -> None:
         self.optimizer = optimizer
-        super().__init__(rng)
+        super().__init__(space, rng)
 
     def _start(self) -> None:
         nevergrad = library("nevergrad")
@@ -52,7 +58,7 @@ class Nevergrad(Replayed):
                 f"optimizer {self.optimizer!r} is none of Nevergrad's; near it are "
                 f"{', '.join(near)}; all are in nevergrad.optimizers.registry"
             )
-        digits = nevergrad.p.TransitionChoice([0, 1, 2], repetitions=N_SITES)
+        digits = nevergrad.p.TransitionChoice([0, 1, 2], repetitions=self.space.sites)
         digits.random_state = np.random.RandomState(self._seed())
         self._optimiser = known[self.optimizer](digits)
 

@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from deap import tools
-from numpy.typing import NDArray
+from deap import algorithms, tools
 
+from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE
-from softvox_search.generational import Generational
-from softvox_search.options import share, whole
-from softvox_search.pareto import Objectives
-from softvox_search.protocol import Designs, Info
-from softvox_search.python_random import PythonRandom
-from softvox_search.variation import (
-    Individual,
-    crossed,
-    digits,
-    individuals,
-    mutated,
-    random_designs,
-)
+from softvox_gym.simulation import check_count
+from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
+from softvox_search.options import check_share
 
 
-class Nsga2(Generational):
+class Nsga2(Evolutionary):
     """Fitness is maximised and the number of active voxels minimised, both at once.
 
     Its recommendation is the fittest all the same, so that it can be compared with the others.
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
     population : int
         Survivors of every generation, and children; a multiple of 4, as the tournament by
@@ -51,37 +40,35 @@ class Nsga2(Generational):
     algorithm: NSGA-II*, IEEE Transactions on Evolutionary Computation 6(2), 2002.
     """
 
+    fitness = ValueAndCost
+
     def __init__(
         self,
+        space: Lattice,
         rng: np.random.Generator,
         *,
         population: int = 32,
         crossover: float = 0.8,
         mutation: float = 1 / 4,
     ) -> None:
-        super().__init__(rng)
-        self._size = whole("population", population, least=4)
-        if self._size % 4:
+        check_count("population", population, least=4)
+        if population % 4:
             raise ValueError(f"population must be a multiple of 4, got {population}")
-        self._crossover = share("crossover", crossover)
-        self._mutation = share("mutation", mutation)
-        self._random = PythonRandom(rng)
-        self._population: list[Individual] = []
+        check_share("crossover", crossover)
+        check_share("mutation", mutation)
+        super().__init__(space, rng, population=population, mutation=mutation)
+        self.toolbox.register("select", tools.selTournamentDCD, k=population)
+        self._crossover = crossover
 
-    def _carried(self) -> Sequence[Individual]:
-        return self._population
+    def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
+        return (value, individual.count(ACTIVE))
 
-    def _initial(self) -> Designs:
-        return random_designs(self._size, self.rng)
+    def _breed(self) -> list[Individual]:
+        chosen = self.toolbox.select(self.population)
+        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
+        return children
 
-    def _breed(self) -> Designs:
-        with self._random.swapped_in():
-            chosen = tools.selTournamentDCD(self._population, self._size)
-            children = crossed(chosen, self._crossover)
-        return mutated(digits(children), self._mutation, self.rng)
-
-    def _select(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        pool = individuals(designs, values) + self._population
-        for individual in pool:
-            individual.fitness = Objectives((individual.value, individual.count(ACTIVE)))
-        self._population = tools.selNSGA2(pool, self._size, nd="log")
+    def _survivors(self, offspring: list[Individual]) -> list[Individual]:
+        pool = offspring + self.population
+        survivors: list[Individual] = tools.selNSGA2(pool, self._size, nd="log")
+        return survivors

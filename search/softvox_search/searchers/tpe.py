@@ -9,21 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES
+from softvox_search.adapter import Adapter
+from softvox_search.global_random import library
 from softvox_search.protocol import Designs
-from softvox_search.replay import Replayed, library
-
-SITES = [f"site_{i}" for i in range(N_SITES)]
 
 
-class Tpe(Replayed):
-    """Optuna's TPE sampler with its default settings, over eight categorical variables.
+class Tpe(Adapter):
+    """Optuna's TPE sampler with its default settings, over a categorical variable per site.
 
     Asks for one design at a time, known ones included. Its cost per evaluation grows with the
     number of evaluations.
 
     Parameters
     ----------
+    space : Lattice
     rng : numpy.random.Generator
 
     Raises
@@ -38,15 +37,15 @@ class Tpe(Replayed):
     def _start(self) -> None:
         optuna = library("optuna")
         digit = optuna.distributions.CategoricalDistribution((0, 1, 2))
-        self._space = dict.fromkeys(SITES, digit)
+        self._digits = {f"site_{i}": digit for i in range(self.space.sites)}
         with _quiet(optuna):
             self._study = optuna.create_study(
                 direction="maximize", sampler=optuna.samplers.TPESampler(seed=self._seed())
             )
 
     def _propose(self, n: int | None) -> Designs:
-        self._trial = self._study.ask(self._space)
-        return np.array([[self._trial.params[site] for site in SITES]])
+        self._trial = self._study.ask(self._digits)
+        return np.array([[self._trial.params[site] for site in self._digits]])
 
     def _learn(self, designs: Designs, values: NDArray[np.float64]) -> None:
         self._study.tell(self._trial, float(values[0]))

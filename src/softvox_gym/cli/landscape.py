@@ -2,35 +2,45 @@
 
 from __future__ import annotations
 
+import json
 import sys
+import time
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
-from softvox_gym.design import N_DESIGNS
 from softvox_gym.files import check_folder, write_folder
-from softvox_gym.landscapes import exhaustive
-from softvox_gym.landscapes.analysis import Analysis, analyse, report, tables
+from softvox_gym.landscapes.analysis import Analysis, analyse
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import N_DESIGNS, Table, compute
+from softvox_gym.manifest import digest, provenance
 from softvox_gym.progress import Progress
 
-ANALYSIS, DOCUMENT = "analysis.json", "analysis.md"
-OPTIMA, NEIGHBOURS, CLASSES = tables.NAMES
+TABLE, MANIFEST = FILES = ("landscape.csv", "manifest.json")
+ANALYSIS, DOCUMENT, *TABLES = ANALYSIS_FILES = (
+    "analysis.json", "analysis.md", "local_optima.csv", "classes.csv", "neighbours.csv"
+)  # fmt: skip
+
+#: What the published run took (Kriegman et al., RoboSoft 2020).
+PAPER_CPU_HOURS = 58
 
 DESCRIPTION = f"""\
 Simulate all {N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
-  {exhaustive.TABLE}  design, digits, dx, dy, dz, fitness, status: displacement of
+  {TABLE}  what each is and what became of it: dx, dy, dz, displacement of
                  the centre of mass in voxel widths (cm for the 1 cm voxel),
-                 fitness = sqrt(dx^2 + dy^2), status ok or diverged (then nan)
-  {exhaustive.MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
+                 fitness = sqrt(dx^2 + dy^2), diverged (True: then nan), steps
+  {MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
 and print the ten best. With --analyse, analyse the landscape exactly (kinds of
 designs, symmetry, local optima and climbs, ruggedness, neutrality, robustness
 to one error; a design that diverged counts as 0), print that too, and write
   {ANALYSIS}  for programs, with the digest of the bits it belongs to
   {DOCUMENT}    for people, every number with its meaning
-  {OPTIMA}, {NEIGHBOURS}, {CLASSES}
-                 a row per local optimum, design and symmetry class
+  {", ".join(TABLES)}
+                 a row per local optimum, symmetry class and design
 """
 
 BEST = 10
@@ -66,64 +76,82 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check that the result can be written, then make it, write it and sum it up."""
     physics = physics_of(args)
-    names = [exhaustive.TABLE, exhaustive.MANIFEST]
-    if args.analyse:
-        names += [ANALYSIS, DOCUMENT, *tables.NAMES]
+    names = [*FILES, *ANALYSIS_FILES] if args.analyse else FILES
     with bad_input("--out"):
         check_folder(args.out, names, force=args.force)
     with bad_input(), Progress(sys.stderr, quiet=args.quiet) as progress:
-        made = exhaustive.run(physics, threads=args.threads, progress=progress)
-    analysis = analyse(made.result.fitness) if args.analyse else None
+        origin = provenance(threads=args.threads)
+        wall, cpu = time.perf_counter(), time.process_time()
+        table = compute(physics, threads=args.threads, progress=progress)
+    seconds = {"seconds": time.perf_counter() - wall, "cpu_seconds": time.process_time() - cpu}
+    manifest = {**origin, "arguments": args.arguments, **facts(table), **seconds}
+    texts = {TABLE: table.section().csv(), MANIFEST: as_json(manifest)}
+    shown = [summary(table, manifest)]
+    if args.analyse:
+        analysis = analyse(table["fitness"])
+        texts |= analysis_texts(analysis, manifest)
+        shown.append(analysis.text())
     with bad_input("--out"):
-        contents = made.contents(args.arguments)
-        if analysis is not None:
-            contents |= analysis_contents(made, analysis)
+        contents = {name: text.encode() for name, text in texts.items()}
         write_folder(args.out, contents, force=args.force)
-    print(summary(made))
-    if analysis is not None:
-        print(f"\n{report.text(analysis)}")
-        print(f"\nwrote into {args.out}: {', '.join(names)}")
-    else:
-        print(f"\nwrote {args.out / exhaustive.TABLE} and {args.out / exhaustive.MANIFEST}")
+    print("\n\n".join([*shown, f"wrote into {args.out}: {', '.join(names)}"]))
     return 0
 
 
-def analysis_contents(made: exhaustive.Landscape, analysis: Analysis) -> dict[str, bytes]:
+def facts(table: Table) -> dict[str, Any]:
+    """Return what the manifest says of the table itself."""
+    best = [
+        {"design": int(row["design"]), "digits": str(row["digits"]), "fitness": row["fitness"]}
+        for row in ranking(table)[:1]
+    ]
+    assert table.physics is not None
+    return {
+        "physics": table.physics.to_dict(),
+        "n_designs": len(table),
+        "n_diverged": int(table["diverged"].sum()),
+        "best": best[0] if best else None,
+        "digest": digest(np.stack([table[name] for name in ("dx", "dy", "dz")], axis=1)),
+    }
+
+
+def ranking(table: Table) -> Table:
+    """Return the designs that did not diverge, best first; equal ones by number."""
+    order = np.argsort(-table["fitness"], kind="stable")
+    return Table.of(table[order[~table["diverged"][order]]], table.physics)
+
+
+def as_json(values: dict[str, Any]) -> str:
+    """Return JSON as the files of a landscape have it."""
+    return json.dumps(values, indent=2, allow_nan=False) + "\n"
+
+
+def analysis_texts(analysis: Analysis, manifest: dict[str, Any]) -> dict[str, str]:
     """Return the files of a landscape's analysis by name."""
     # A landscape forced over this one leaves these files: the digest tells that they are another's.
-    manifest = made.manifest(())
     origin = {name: manifest[name] for name in ("version", "commit", "digest")}
-    texts = {
-        ANALYSIS: exhaustive.as_json({**origin, **analysis.to_dict()}),
-        DOCUMENT: report.markdown(analysis),
-        **tables.tables(analysis),
+    return {
+        ANALYSIS: as_json({**origin, **analysis.to_dict()}),
+        DOCUMENT: analysis.markdown(),
+        **analysis.tables(),
     }
-    return {name: text.encode() for name, text in texts.items()}
 
 
-def summary(made: exhaustive.Landscape) -> str:
+def summary(table: Table, manifest: dict[str, Any]) -> str:
     """Return the ten best, and the time beside the paper's."""
-    result = made.result
-    lines = [f"{'rank':>4}  {'design':>6}  {'digits':8}  {'fitness':>9}  {'dx':>9}  {'dy':>9}"]
-    for rank, i in enumerate(exhaustive.ranking(result)[:BEST], start=1):
-        dx, dy, _ = result.displacement[i]
-        lines.append(
-            f"{rank:4}  {i:6}  {result.design(int(i)).digits}  "
-            f"{result.fitness[i]:9.4f}  {dx:9.4f}  {dy:9.4f}"
-        )
-    diverged = int((result.status != "ok").sum())
-    times = exhaustive.PAPER_CPU_HOURS * 3600 / made.cpu_seconds
-    lines += [
-        "",
-        f"{len(result)} designs in {made.seconds:.1f} s"
-        + (f", of which {diverged} diverged" if diverged else "")
-        + f" ({made.cpu_seconds:.1f} CPU-seconds, {made.origin['instruction_set']},"
-        f" {made.origin['threads']} threads)",
-        f"the paper's {exhaustive.PAPER_CPU_HOURS} CPU-hours are {_rounded(times)} times that",
-    ]
-    return "\n".join(lines)
-
-
-def _rounded(times: float) -> str:
-    """Return two digits of a ratio."""
-    return f"{float(f'{times:.2g}'):,.10g}"
+    names = ("design", "digits", "fitness", "dx", "dy")
+    best = enumerate(ranking(table)[:BEST][list(names)].tolist(), start=1)
+    spec = {"fitness": ".4f", "dx": ".4f", "dy": ".4f"}
+    columns = [Column(name, name, spec.get(name, "")) for name in ("rank", *names)]
+    times = PAPER_CPU_HOURS * 3600 / manifest["cpu_seconds"]
+    diverged = manifest["n_diverged"]
+    return "\n".join(
+        [
+            Section(columns=columns, rows=[(rank, *row) for rank, row in best]).text(),
+            "",
+            f"{len(table)} designs in {manifest['seconds']:.1f} s"
+            + (f", of which {diverged} diverged" if diverged else "")
+            + f" ({manifest['cpu_seconds']:.1f} CPU-seconds, {manifest['instruction_set']},"
+            f" {manifest['threads']} threads)",
+            f"the paper's {PAPER_CPU_HOURS} CPU-hours are {float(f'{times:.2g}'):,.10g} times that",
+        ]
+    )

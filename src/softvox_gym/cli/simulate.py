@@ -6,7 +6,7 @@ import io
 import json
 import re
 from argparse import Namespace
-from math import isfinite, prod
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,10 @@ import numpy as np
 
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.design import DEFAULT_SHAPE, Design
+from softvox_gym.design import Design
 from softvox_gym.files import check_file, write_file
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
 
@@ -25,7 +27,8 @@ mass in voxel widths, cm for the 1 cm voxel), its displacement and its track,
 one row per cycle of actuation.
 
 DESIGN is a number, 0 to 6560, or the digits of all sites (0 absent, 1 passive,
-2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same.
+2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same. On
+another lattice (--shape) there are other numbers, and as many digits as sites.
 """
 
 FRAMES_HELP = """\
@@ -39,9 +42,6 @@ MOST_CYCLES = 10**6
 #: Per voxel: position, quaternion and edge.
 FRAME_BYTES = 8 * 8
 MOST_FRAME_BYTES = 2**30
-
-#: Python refuses to write larger numbers, 3^4096 at least still in decimal digits.
-MOST_SITES = 4096
 
 
 def add_parser(commands: Any) -> None:
@@ -57,7 +57,7 @@ def add_parser(commands: Any) -> None:
         "--shape",
         type=whole_number,
         nargs=3,
-        default=DEFAULT_SHAPE,
+        default=(2, 2, 2),
         metavar=("NX", "NY", "NZ"),
         help="the lattice (default: 2 2 2)",
     )
@@ -77,7 +77,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, save the frames, then print."""
-    design = design_of(args.design, tuple(args.shape))
+    design = design_of(args.design, args.shape)
     physics = physics_of(args)
     if not physics.cycles <= MOST_CYCLES:
         raise BadInputError(
@@ -86,11 +86,11 @@ def run(args: Namespace) -> int:
         )
     if args.every and not args.frames:
         raise BadInputError("--every says how often --frames saves; give --frames FILE.npz as well")
+    every = 0
     if args.frames:
         with bad_input("--frames"):
             check_file(args.frames, force=args.force)
-    every = (args.every or _default_every(physics)) if args.frames else 0
-    if every:
+        every = args.every or _default_every(physics)
         _check_frames(design, physics, every)
     with bad_input():
         result = simulate(design, physics, track=1, frames=every, threads=args.threads)
@@ -109,24 +109,23 @@ def design_of(text: str, shape: tuple[int, int, int]) -> Design:
     BadInputError
         Where they are neither, or the lattice is too large.
     """
-    sites = prod(shape)
-    if sites > MOST_SITES:
-        raise BadInputError(f"--shape has {sites} sites, and at most {MOST_SITES} are taken")
-    is_index = re.fullmatch(r"0|[1-9][0-9]{0,3999}", text) is not None
-    is_digits = len(text) == sites and not set(text) - set("012")
-    if is_digits or (is_index and int(text) < 3**sites):
-        return Design(text if is_digits else int(text), shape=shape)
-    last = 3**sites - 1 if sites <= 40 else f"3^{sites} - 1"
-    shown = text if len(text) <= 40 else f"{text[:37]}..."
-    raise BadInputError(
-        f"design {shown!r} is neither a number from 0 to {last} nor {sites} digits 0, 1, 2, which "
-        f"a {'x'.join(map(str, shape))} lattice takes; another lattice needs --shape NX NY NZ"
-    )
+    with bad_input():
+        lattice = Lattice.of(shape)
+    try:
+        is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
+        return Design(int(text) if is_number else text, shape=lattice)
+    except ValueError:
+        last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"
+        shown = text if len(text) <= 40 else f"{text[:37]}..."
+        raise BadInputError(
+            f"design {shown!r} is neither a number from 0 to {last} nor {lattice.sites} digits 0, "
+            f"1, 2, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ"
+        ) from None
 
 
 def _check_frames(design: Design, physics: Physics, every: int) -> None:
     count = physics.duration / physics.time_step / every
-    size = count * prod(design.shape) * FRAME_BYTES
+    size = count * len(design.digits) * FRAME_BYTES
     if size > MOST_FRAME_BYTES:
         raise BadInputError(
             f"{count:.3g} frames would take {size / 2**30:.3g} GiB, and at most "
@@ -144,68 +143,72 @@ def frames_archive(result: Result) -> bytes:
     frames = result.frames
     assert frames is not None
     archive = io.BytesIO()
-    np.savez_compressed(
-        archive,
-        step=frames.step,
-        time=frames.time[0],
-        position=frames.position[0],
-        quaternion=frames.quaternion[0],
-        edge=frames.edge[0],
-        digits=result.designs[0],
-        physics=np.array(json.dumps(result.physics.to_dict())),
-    )
+    names = ("time", "position", "quaternion", "edge")
+    arrays = {name: getattr(frames, name)[0] for name in names}
+    physics = np.array(json.dumps(result.physics.to_dict()))
+    digits = result.designs[0]
+    np.savez_compressed(archive, step=frames.step, **arrays, digits=digits, physics=physics)
     return archive.getvalue()
 
 
-def track_rows(result: Result) -> list[tuple[int, float, float, float, float]]:
-    """Return cycle, time in s, and x, y, z in voxel widths from the start of actuation."""
-    track, physics = result.track, result.physics
-    assert track is not None
-    rows = enumerate(track[0].tolist())
-    period = 1 / float(physics.frequency_hz)
-    return [(cycle, physics.settle_time + cycle * period, *point) for cycle, point in rows]
+def track(result: Result) -> Section:
+    """Return where the centre of mass is, in voxel widths from the start of actuation."""
+    assert result.track is not None
+    begin, period = result.physics.settle_time, 1 / float(result.physics.frequency_hz)
+    return Section(
+        columns=(
+            Column("cycle", "cycle"),
+            Column("time", "time s", ".4f"),
+            *(Column(axis, axis, ".6f") for axis in "xyz"),
+        ),
+        rows=[
+            (cycle, begin + cycle * period, *map(_finite, point))
+            for cycle, point in enumerate(result.track[0].tolist())
+        ],
+    )
 
 
 def as_text(result: Result) -> str:
     """Return the result for people."""
     design = result.design(0)
     dx, dy, dz = result.displacement[0]
-    lines = [
-        f"design        {design.index}",
-        f"digits        {design.digits}",
-        f"shape         {' x '.join(map(str, design.shape))}",
-        f"voxels        {design.n_voxels}, {design.n_active} active",
-        f"status        {result.status[0]}",
-        f"fitness       {result.fitness[0]:.6f} voxel widths",
-        f"displacement  {dx:.6f} {dy:.6f} {dz:.6f}",
-        "",
-        f"{'cycle':>5}  {'time s':>8}  {'x':>10}  {'y':>10}  {'z':>10}",
-    ]
-    lines += [
-        f"{cycle:5}  {time:8.4f}  {x:10.6f}  {y:10.6f}  {z:10.6f}"
-        for cycle, time, x, y, z in track_rows(result)
-    ]
-    return "\n".join(lines)
+    return "\n".join(
+        [
+            f"design        {'-' if (number := _number(design)) is None else number}",
+            f"digits        {design.digits}",
+            f"shape         {' x '.join(map(str, design.shape))}",
+            f"voxels        {design.n_voxels}, {design.n_active} active",
+            f"diverged      {'yes' if result.diverged[0] else 'no'}",
+            f"fitness       {result.fitness[0]:.6f} voxel widths",
+            f"displacement  {dx:.6f} {dy:.6f} {dz:.6f}",
+            "",
+            track(result).text(),
+        ]
+    )
 
 
 def as_json(result: Result) -> str:
     """Return the result for programs; null where the design diverged."""
     design = result.design(0)
-    names = ("cycle", "time", "x", "y", "z")
     data = {
-        "design": design.index,
+        "design": _number(design),
         "digits": design.digits,
         "shape": design.shape,
         "n_voxels": design.n_voxels,
         "n_active": design.n_active,
-        "status": str(result.status[0]),
+        "diverged": bool(result.diverged[0]),
         "fitness": _finite(float(result.fitness[0])),
         "displacement": [_finite(value) for value in result.displacement[0].tolist()],
         "steps": int(result.steps[0]),
-        "track": [dict(zip(names, map(_finite, row), strict=True)) for row in track_rows(result)],
+        "track": track(result).records(),
         "physics": result.physics.to_dict(),
     }
     return json.dumps(data, indent=2, allow_nan=False)
+
+
+def _number(design: Design) -> int | None:
+    """Return a design's number; None on a large lattice, where it has hundreds of digits."""
+    return design.index if design.lattice.has_int64_numbers else None
 
 
 def _finite(value: float) -> float | None:

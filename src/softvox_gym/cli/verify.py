@@ -13,7 +13,7 @@ from softvox_gym import engine
 from softvox_gym.cli.parser import add_threads
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.verify import checks
-from softvox_gym.verify.agreement import EXCEPTED, FAILED, Row
+from softvox_gym.verify.agreement import EXCEPTED, Row
 
 DESCRIPTION = """\
 Hold this build against the published top 100, against data measured from the
@@ -59,7 +59,7 @@ def run(args: Namespace) -> int:
         rows.append(row)
         if not args.json:
             print(as_text(row), flush=True)
-    failed = sum(row.verdict == FAILED for row in rows)
+    failed = sum(not row.passed for row in rows)
     if args.json:
         print(as_json(rows, isa))
     elif failed:

@@ -1,1 +1,6 @@
-"""Every design of the 2x2x2 lattice: tables, the exhaustive search, and what they tell."""
+"""Every design of the 2x2x2 lattice: tables, exact and under noise, and what they tell."""
+
+from softvox_gym.landscapes.noisy import noisy_landscape
+from softvox_gym.landscapes.table import Table, landscape
+
+__all__ = ["Table", "landscape", "noisy_landscape"]

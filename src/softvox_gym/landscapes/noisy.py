@@ -1,37 +1,31 @@
 """The landscape under noise: what every design is worth when the world differs each time.
 
-A table that ships with the package, and the function that made it.
+A table that ships with the package, and the function that draws it; `tools/noise.py` made it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.engine import Progress
 from softvox_gym.evaluation import Evaluation, evaluate
-from softvox_gym.landscapes import table
-from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, Table, landscape
 from softvox_gym.noise import Jakobi
+from softvox_gym.physics import Physics
 
 #: In the package's folder `data/computed`.
 STATISTICS = "noise.npz"
 
-#: Levels of `JakobiNoise` that the table has.
+#: Levels of `softvox_gym.noise.Jakobi` that the table has.
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
 
-#: Draws per design: of all designs, of the best anew, and of the very best once more.
-DRAWS, MORE_DRAWS, MOST_DRAWS = 64, 256, 4096
-
-#: The fittest designs without noise that are drawn anew.
-N_NOMINAL = 200
-
-#: Of how many designs with the best means at a level there are at least so many draws.
-REDRAWN = {MORE_DRAWS: 100, MOST_DRAWS: 20}
+#: Draws of every design; and how many there are, at least, of so many designs with the best means.
+DRAWS = 64
+REDRAWN = {256: 100, 4096: 20}
 
 #: Simulations in one crossing into C.
 BATCH = 4096
@@ -51,8 +45,8 @@ ROW = np.dtype(
 )
 
 
-def noisy_landscape(level: float = 1.0) -> NDArray[np.void]:
-    """Return what every design is worth under `JakobiNoise` of a level.
+def noisy_landscape(level: float = 1.0) -> Table:
+    """Return what every design is worth under `softvox_gym.noise.Jakobi` of a level.
 
     Estimated from 64 draws per design. The 200 fittest without noise were drawn anew, 256 times,
     and have the statistics of these fresh draws alone; so were those with the 100 best means, and
@@ -66,7 +60,7 @@ def noisy_landscape(level: float = 1.0) -> NDArray[np.void]:
 
     Returns
     -------
-    structured ndarray, shape (6561,)
+    Table, a structured ndarray of shape (6561,)
         Row i is design i: its number; mean, standard deviation (n - 1), 10 % quantile and minimum
         of its fitness in voxel widths, where a draw that diverged counts as 0; p_diverged, the
         share of those; dx, dy, the mean displacement of the others in voxel widths; draws, how
@@ -81,21 +75,21 @@ def noisy_landscape(level: float = 1.0) -> NDArray[np.void]:
     if level not in LEVELS:
         known = ", ".join(f"{one:g}" for one in LEVELS)
         raise ValueError(f"no landscape at noise level {level}; there are levels {known}")
-    return _all_levels()[LEVELS.index(level)].copy()
+    rows = _measured()[name_of(level)].copy() if level else _exact()
+    return Table.of(rows, Physics.published())
 
 
 @lru_cache(maxsize=1)
-def _all_levels() -> list[NDArray[np.void]]:
-    path = files("softvox_gym") / "data" / "computed" / STATISTICS
-    with path.open("rb") as file, np.load(file) as archive:
-        return [_exact(), *(archive[name_of(level)] for level in LEVELS[1:])]
+def _measured() -> dict[str, NDArray[np.void]]:
+    with (COMPUTED / STATISTICS).open("rb") as file, np.load(file) as archive:
+        return dict(archive)
 
 
 def _exact() -> NDArray[np.void]:
-    exact = table.landscape()
+    exact = landscape()
     rows = np.zeros(N_DESIGNS, dtype=ROW)
-    for name, source in (("mean", "fitness"), ("q10", "fitness"), ("min", "fitness")):
-        rows[name] = exact[source]
+    for name in ("mean", "q10", "min"):
+        rows[name] = exact["fitness"]
     for name in ("design", "dx", "dy"):
         rows[name] = exact[name]
     rows["draws"] = 1
@@ -105,39 +99,6 @@ def _exact() -> NDArray[np.void]:
 def name_of(level: float) -> str:
     """Return the name of a level in the archive."""
     return f"level_{level:g}"
-
-
-def measure(level: float, *, progress: Progress | None = None) -> NDArray[np.void]:
-    """Make the table of one level; see `noisy_landscape`.
-
-    Design i is drawn with the environment seeded by i, anew by 6561 + i, and once more by
-    2 * 6561 + i, at every level.
-    """
-    everything = np.arange(N_DESIGNS)
-    rows = sample(everything, level, draws=DRAWS, seeds=everything, progress=progress)
-    nominal = np.argsort(-table.landscape()["fitness"], kind="stable")[:N_NOMINAL]
-    stage: tuple[int, int, NDArray[np.intp]] | None = (1, MORE_DRAWS, nominal)
-    while stage is not None:
-        number, draws, more = stage
-        seeds = number * N_DESIGNS + more
-        rows[more] = sample(more, level, draws=draws, seeds=seeds, progress=progress)
-        stage = _next_stage(rows)
-    return rows
-
-
-def _next_stage(rows: NDArray[np.void]) -> tuple[int, int, NDArray[np.intp]] | None:
-    """Return which designs are among the best with too few draws, and how many they need."""
-    for number, (draws, count) in enumerate(REDRAWN.items(), start=1):
-        best = best_at_level(rows, count)
-        more = best[rows["draws"][best] < draws]
-        if len(more):
-            return number, draws, more
-    return None
-
-
-def best_at_level(rows: NDArray[np.void], count: int) -> NDArray[np.intp]:
-    """Return so many designs with the best means, best first."""
-    return np.argsort(-rows["mean"], kind="stable")[:count]
 
 
 def sample(
@@ -153,9 +114,9 @@ def sample(
     Parameters
     ----------
     designs, seeds : shape (n,)
-        Numbers, and what the environment of each is seeded with.
+        Numbers, and what the random generator of each is seeded with.
     level : float
-        Of `JakobiNoise`.
+        Of the noise.
     draws : int
         Per design.
     progress : callable (done, total), optional
@@ -170,28 +131,23 @@ def sample(
     parts = [np.zeros(0, dtype=ROW)]
     for begin in range(0, len(designs), batch):
         some = np.asarray(designs[begin : begin + batch])
-        tried = evaluate(
-            some,
-            perturbations=[Jakobi(level)],
-            trials=draws,
-            seed=[np.random.default_rng(int(seed)) for seed in seeds[begin : begin + batch]],
-        )
-        parts.append(_statistics(some, tried))
+        generators = [np.random.default_rng(int(seed)) for seed in seeds[begin : begin + batch]]
+        found = evaluate(some, perturbations=[Jakobi(level)], trials=draws, seed=generators)
+        parts.append(_statistics(some, found))
         if progress is not None:
             progress(draws * (begin + len(some)), draws * len(designs))
     return np.concatenate(parts)
 
 
-def _statistics(designs: NDArray[np.int64], tried: Evaluation) -> NDArray[np.void]:
-    values = tried.fitness
-    draws = values.shape[1]
-    rows = np.zeros(len(values), dtype=ROW)
+def _statistics(designs: NDArray[np.int64], found: Evaluation) -> NDArray[np.void]:
+    draws = found.fitness.shape[1]
+    rows = np.zeros(len(designs), dtype=ROW)
     rows["design"] = designs
-    rows["mean"] = values.mean(axis=1)
-    rows["std"] = values.std(axis=1, ddof=1) if draws > 1 else np.nan
-    rows["q10"] = np.quantile(values, 0.1, axis=1)
-    rows["min"] = values.min(axis=1)
-    rows["p_diverged"] = tried.diverged.mean(axis=1)
-    rows["dx"], rows["dy"] = tried.mean_displacement[:, :2].T
+    rows["mean"] = found.fitness.mean(axis=1)
+    rows["std"] = found.fitness.std(axis=1, ddof=1) if draws > 1 else np.nan
+    rows["q10"] = np.quantile(found.fitness, 0.1, axis=1)
+    rows["min"] = found.fitness.min(axis=1)
+    rows["p_diverged"] = found.diverged.mean(axis=1)
+    rows["dx"], rows["dy"] = found.mean_displacement[:, :2].T
     rows["draws"] = draws
     return rows

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from functools import lru_cache
-from importlib.resources import files
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import kendalltau
 
-from softvox_gym import Design, landscape, noisy_landscape
-from softvox_gym.landscapes.noisy import LEVELS
+from softvox_gym.design import Design
+from softvox_gym.landscapes.noisy import LEVELS, noisy_landscape
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import landscape
+from softvox_gym.verify.records import records
 
 #: How many count as the best of a ranking.
 TOP = 100
@@ -23,78 +17,14 @@ TOP = 100
 #: Designs of the published top hundred that fall over, to a side that the last bit decides.
 SENSITIVE = (6453, 4295, 6481, 6507)
 
-
-@dataclass(frozen=True)
-class Level:
-    """How the ranking by mean fitness at one level of noise differs from that without.
-
-    Parameters
-    ----------
-    level : float
-        Of `JakobiNoise`.
-    best : int
-        The design with the best mean.
-    mean, standard_error : float
-        Of the best, voxel widths.
-    kendall_tau : float
-        Kendall's tau-b between mean and exact fitness, over all designs.
-    kendall_tau_top : float
-        The same over the 100 that are fittest without noise.
-    overlap : int
-        How many of those are among the 100 with the best mean.
-    overlap_q10 : int
-        How many of those are among the 100 with the best 10 % quantile, which no single lucky draw
-        can move.
-    retained : float
-        Mean over those of mean / exact fitness.
-    p_diverged : float
-        The largest share of draws that diverged, of any design.
-    """
-
-    level: float
-    best: int
-    mean: float
-    standard_error: float
-    kendall_tau: float
-    kendall_tau_top: float
-    overlap: int
-    overlap_q10: int
-    retained: float
-    p_diverged: float
-
-
-@dataclass(frozen=True)
-class Published:
-    """What becomes of a design of the published top hundred at one level of noise.
-
-    Parameters
-    ----------
-    rank, design, digits, fitness
-        As published; fitness in voxel widths.
-    mean, std, q10, min : float
-        Under noise, voxel widths.
-    retained : float
-        Mean / exact fitness.
-    noisy_rank : int
-        By mean, among all designs.
-    survives : bool
-        Whether that is among the first 100.
-    is_sensitive : bool
-        Whether the design falls over, to a side that rounding decides.
-    """
-
-    rank: int
-    design: int
-    digits: str
-    fitness: float
-    mean: float
-    std: float
-    q10: float
-    min: float
-    retained: float
-    noisy_rank: int
-    survives: bool
-    is_sensitive: bool
+#: Of the numbers in `levels`.
+MEANING = """\
+tau is Kendall's rank correlation of the mean with the exact fitness, over all designs and over the
+100 fittest without noise; overlap, how many of those are among the 100 with the best mean, and with
+the best 10 % quantile (q10), which no single lucky draw can move; retained, the mean over those of
+mean / exact fitness; diverged, the largest share of draws that diverged, of any design. Mean and
+standard error (+-) are in voxel widths.
+"""
 
 
 def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -102,34 +32,66 @@ def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.argsort(-values, kind="stable")
 
 
-def levels() -> list[Level]:
-    """Return a summary of every level that the noisy landscape has."""
+def kendall_tau(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return Kendall's rank correlation tau-b of two rows of values, shape (n,).
+
+    Notes
+    -----
+    Source: M. G. Kendall, The treatment of ties in ranking problems, Biometrika 33, 1945.
+    """
+    agreeing, untied = 0, np.zeros(2, dtype=np.int64)
+    for i in range(1, len(first)):  # every pair once
+        signs = np.sign([first[i] - first[:i], second[i] - second[:i]])
+        agreeing += int(signs[0] @ signs[1])
+        untied += np.count_nonzero(signs, axis=1)
+    return float(agreeing / np.sqrt(untied[0]) / np.sqrt(untied[1]))
+
+
+def levels() -> Section:
+    """Return how the ranking by mean fitness at each level of noise differs from that without."""
     exact = landscape()["fitness"]
     top = ranked(exact)[:TOP]
-    return [_level(level, noisy_landscape(level), exact, top) for level in LEVELS]
-
-
-def _level(
-    level: float, noisy: NDArray[np.void], exact: NDArray[np.float64], top: NDArray[np.intp]
-) -> Level:
-    mean = noisy["mean"]
-    order = ranked(mean)
-    best = int(order[0])
-    return Level(
-        level=level,
-        best=best,
-        mean=float(mean[best]),
-        standard_error=float(noisy["std"][best] / np.sqrt(noisy["draws"][best])),
-        kendall_tau=float(kendalltau(exact, mean).statistic),
-        kendall_tau_top=float(kendalltau(exact[top], mean[top]).statistic),
-        overlap=len(np.intersect1d(order[:TOP], top)),
-        overlap_q10=len(np.intersect1d(ranked(noisy["q10"])[:TOP], top)),
-        retained=float((mean[top] / exact[top]).mean()),
-        p_diverged=float(noisy["p_diverged"].max()),
+    rows = []
+    for level in LEVELS:
+        noisy = noisy_landscape(level)
+        mean = noisy["mean"]
+        order = ranked(mean)
+        best = int(order[0])
+        rows.append(
+            (
+                level,
+                best,
+                Design(best).digits,
+                float(mean[best]),
+                float(noisy["std"][best] / np.sqrt(noisy["draws"][best])),
+                kendall_tau(exact, mean),
+                kendall_tau(exact[top], mean[top]),
+                len(np.intersect1d(order[:TOP], top)),
+                len(np.intersect1d(ranked(noisy["q10"])[:TOP], top)),
+                float((mean[top] / exact[top]).mean()),
+                float(noisy["p_diverged"].max()),
+            )
+        )
+    return Section(
+        note=MEANING,
+        columns=(
+            Column("level", "level", "g"),
+            Column("best", "best"),
+            Column("digits", "digits"),
+            Column("mean", "mean", ".3f"),
+            Column("standard_error", "+-", ".3f"),
+            Column("kendall_tau", "tau", ".2f"),
+            Column("kendall_tau_top", "tau 100", ".2f"),
+            Column("overlap", "overlap"),
+            Column("overlap_q10", "by q10"),
+            Column("retained", "retained", ".0%"),
+            Column("p_diverged", "diverged", ".1%"),
+        ),
+        rows=rows,
     )
 
 
-def published(level: float) -> list[Published]:
+def published(level: float) -> Section:
     """Return what becomes of the published top hundred at a level of noise.
 
     Raises
@@ -140,51 +102,60 @@ def published(level: float) -> list[Published]:
     noisy, exact = noisy_landscape(level), landscape()["fitness"]
     rank = np.empty(len(exact), dtype=np.int64)
     rank[ranked(noisy["mean"])] = 1 + np.arange(len(exact))
-    return [
-        Published(
-            rank=place,
-            design=design,
-            digits=Design(design).digits,
-            fitness=fitness,
-            **{name: float(noisy[name][design]) for name in ("mean", "std", "q10", "min")},
-            retained=float(noisy["mean"][design] / exact[design]),
-            noisy_rank=int(rank[design]),
-            survives=bool(rank[design] <= TOP),
-            is_sensitive=design in SENSITIVE,
+    rows = []
+    for printed in records("published_top100.csv"):
+        design = int(printed["design"])
+        survives, is_sensitive = bool(rank[design] <= TOP), design in SENSITIVE
+        remarks = ["sensitive: falls over"] * is_sensitive + ["out"] * (not survives)
+        rows.append(
+            (
+                int(printed["rank"]),
+                design,
+                Design(design).digits,
+                float(printed["fitness"]),
+                *(float(noisy[name][design]) for name in ("mean", "std", "q10", "min")),
+                float(noisy["mean"][design] / exact[design]),
+                int(rank[design]),
+                survives,
+                is_sensitive,
+                ", ".join(remarks),
+            )
         )
-        for place, design, fitness in _published_table()
-    ]
-
-
-@lru_cache(maxsize=1)
-def _published_table() -> list[tuple[int, int, float]]:
-    path = files("softvox_gym") / "data" / "authors" / "published_top100.csv"
-    with path.open(encoding="utf-8") as file:
-        rows = csv.DictReader(file)
-        return [(int(row["rank"]), int(row["design"]), float(row["fitness"])) for row in rows]
+    return Section(
+        note="rank and fitness as published; mean, standard deviation, 10 % quantile and minimum "
+        "under noise; retained, mean / exact fitness; noisy rank, by mean, among all designs; "
+        "survives, whether that is among the first 100; sensitive, whether the design falls over, "
+        "to a side that rounding decides. Lengths in voxel widths.",
+        columns=(
+            Column("rank", "rank"),
+            Column("design", "design"),
+            Column("digits", "digits"),
+            Column("fitness", "fitness", ".2f"),
+            Column("mean", "mean", ".2f"),
+            Column("std", "std", ".2f"),
+            Column("q10", "q10", ".2f"),
+            Column("min"),
+            Column("retained", "retained", ".0%"),
+            Column("noisy_rank", "noisy rank"),
+            Column("survives"),
+            Column("is_sensitive"),
+            Column("remark", "remark"),
+        ),
+        rows=rows,
+        facts={
+            "level": level,
+            "survivors": sum(row[10] for row in rows),
+            "published": len(rows),
+        },
+        sentence="{survivors} of the published top {published} are among the 100 with the best "
+        "mean at level {level:g}.",
+    )
 
 
 def tables() -> dict[str, str]:
     """Return everything as CSV, by file name."""
-    made = {"levels.csv": as_csv(asdict(row) for row in levels())}
+    made = {"levels.csv": levels().csv()}
     for level in LEVELS[1:]:
-        made[f"top100_level_{level:g}.csv"] = as_csv(asdict(row) for row in published(level))
-        made[f"landscape_level_{level:g}.csv"] = as_csv(_rows(noisy_landscape(level)))
+        made[f"top100_level_{level:g}.csv"] = published(level).csv()
+        made[f"landscape_level_{level:g}.csv"] = noisy_landscape(level).section().csv()
     return made
-
-
-def _rows(table: NDArray[np.void]) -> Iterable[dict[str, Any]]:
-    names = table.dtype.names or ()
-    return (dict(zip(names, row, strict=True)) for row in table.tolist())
-
-
-def as_csv(rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return rows with the same keys as CSV; numbers read back to the same bits."""
-    text = io.StringIO()
-    writer: csv.DictWriter[str] | None = None
-    for row in rows:
-        if writer is None:
-            writer = csv.DictWriter(text, list(row), lineterminator="\n")
-            writer.writeheader()
-        writer.writerow(row)
-    return text.getvalue()

@@ -1,25 +1,43 @@
-"""The landscape as a table that ships with the package: every design under `Physics.published`."""
+"""Every design of the 2x2x2 lattice and what becomes of it, under any physics, as a table."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import io
 import json
+import os
+import sys
 from functools import lru_cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import BodyFacts
-from softvox_gym.evaluation import Evaluation
+from softvox_gym.design import BodyFacts, Design
+from softvox_gym.engine import Progress
+from softvox_gym.evaluation import Evaluation, PhysicsLike, single_physics
+from softvox_gym.files import OutputError, write_file
+from softvox_gym.landscapes.section import Column, Section, aligned
 from softvox_gym.lattice import Lattice
+from softvox_gym.manifest import engine_probe
+from softvox_gym.physics import Physics
+from softvox_gym.simulation import simulate
 
-#: The lattice of the paper.
+#: The lattice all of whose designs can be simulated.
 LATTICE = Lattice(2, 2, 2)
 N_DESIGNS = LATTICE.n_designs
 
-#: In the package's folder `data/computed`: the movement tracks, and where they come from.
+#: Our own results that ship with the package.
+COMPUTED = files("softvox_gym") / "data" / "computed"
+
+#: In that folder: the movement tracks under `Physics.published`, and where they come from.
 TRACKS, ORIGIN = "landscape.npz", "landscape.json"
+
+#: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
+FORMAT = 1
 
 ROW = np.dtype(
     [
@@ -33,12 +51,159 @@ ROW = np.dtype(
         ("dz", np.float64),
         ("fitness", np.float64),
         ("diverged", np.bool_),
+        ("steps", np.int64),
     ]
 )
 
+#: Rows at the beginning and at the end that a table shows of itself.
+SHOWN = 5
+
+
+class Table(np.ndarray[Any, np.dtype[np.void]]):
+    """A structured array with a row per design, which shows itself as a table.
+
+    Its columns and rows are plain arrays.
+
+    Attributes
+    ----------
+    physics : Physics or None
+        Under which the designs were simulated, where that is known.
+    """
+
+    physics: Physics | None
+
+    @classmethod
+    def of(cls, rows: NDArray[np.void], physics: Physics | None) -> Table:
+        """Return a table of the rows; the array is shared."""
+        table = rows.view(cls)
+        table.physics = physics
+        return table
+
+    def __array_finalize__(self, origin: object) -> None:
+        self.physics = getattr(origin, "physics", None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Table.of, (np.asarray(self), self.physics)
+
+    def __getitem__(self, key: Any) -> Any:
+        return np.asarray(self)[key]
+
+    def __repr__(self) -> str:
+        if self.dtype.names is None or self.ndim != 1:
+            return repr(np.asarray(self))
+        return "\n".join([*aligned(self._cells()), f"[{len(self)} rows]"])
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the first and the last rows."""
+        if self.dtype.names is None or self.ndim != 1:
+            return None
+        header, *rows = self._cells()
+        lines = [f"<tr><th>{'</th><th>'.join(header)}</th></tr>"]
+        lines += [f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in rows]
+        return f"<table>{''.join(lines)}</table><p>{len(self)} rows</p>"
+
+    def section(self) -> Section:
+        """Return the table as one that can be written as CSV."""
+        names = self.dtype.names or ()
+        columns = [
+            Column(
+                name,
+                name.removeprefix("n_").removeprefix("is_"),
+                ".4f" if self.dtype[name].kind == "f" else "",
+            )
+            for name in names
+        ]
+        return Section(columns=columns, rows=self.tolist())
+
+    def _cells(self) -> list[list[str]]:
+        if len(self) <= 2 * SHOWN:
+            return self.section().cells()
+        rows = np.concatenate([self[:SHOWN], self[-SHOWN:]])
+        cells = Table.of(rows, self.physics).section().cells()
+        return [*cells[: SHOWN + 1], ["..."] * len(cells[0]), *cells[SHOWN + 1 :]]
+
+
+def landscape(physics: PhysicsLike = "published") -> Table:
+    """Return every design of the 2x2x2 lattice and what became of it, exactly.
+
+    The landscape under `Physics.published` ships with the package. Any other is simulated when it
+    is first asked for, which takes some seconds, and kept in the user's cache folder
+    ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and
+    $XDG_CACHE_HOME/softvox-gym or ~/.cache/softvox-gym elsewhere), where that can be written.
+
+    Parameters
+    ----------
+    physics : str, dict or Physics
+        As `Physics.of` takes it: a preset's name, changes to one, or a Physics of single numbers.
+
+    Returns
+    -------
+    Table, a structured ndarray of shape (6561,)
+        Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
+        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged,
+        where these are NaN; steps, the time steps taken. A fresh copy;
+        `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `Physics.of` does, or for parameters that are arrays.
+
+    Examples
+    --------
+    >>> table = softvox_gym.landscape()
+    >>> table["design"][table["fitness"].argmax()]
+    np.int64(6453)
+    """
+    return _landscape(single_physics(physics)).copy()
+
+
+@lru_cache(maxsize=8)
+def _landscape(physics: Physics) -> Table:
+    if physics == Physics.published():
+        return _table(physics, tracks().track[:, -1], tracks().steps)
+    path = cache_path(physics)
+    if path is None:
+        return compute(physics)
+    table = _read(path, physics)
+    if table is None:
+        table = compute(physics)
+        _write(path, table)
+    return table
+
+
+def compute(
+    physics: Physics, *, threads: int | None = None, progress: Progress | None = None
+) -> Table:
+    """Simulate every design; see `landscape` for the table, and `simulate` for the parameters."""
+    result = simulate(np.arange(N_DESIGNS), physics, threads=threads, progress=progress)
+    return _table(physics, result.displacement, result.steps)
+
+
+def _table(physics: Physics, displacement: NDArray[np.float64], steps: NDArray[np.int32]) -> Table:
+    rows = np.empty(N_DESIGNS, dtype=ROW)
+    rows["design"] = np.arange(N_DESIGNS)
+    rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
+    for name, values in bodies()._asdict().items():
+        rows[name] = values
+    for axis, name in enumerate(("dx", "dy", "dz")):
+        rows[name] = displacement[:, axis]
+    rows["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
+    rows["diverged"] = np.isnan(rows["fitness"])
+    rows["steps"] = steps
+    return Table.of(rows, physics)
+
+
+@lru_cache(maxsize=1)
+def bodies() -> BodyFacts:
+    """Return what the bodies of all designs are like, in order."""
+    return BodyFacts.of(LATTICE.digits(np.arange(N_DESIGNS)), LATTICE)
+
 
 class Tracks(NamedTuple):
-    """What the engine made of every design, in order.
+    """What the engine made of every design under `Physics.published`, in order.
 
     track : ndarray, shape (6561, 16, 3)
         As `Result.track` with one sample per cycle.
@@ -49,51 +214,10 @@ class Tracks(NamedTuple):
     steps: NDArray[np.int32]
 
 
-def landscape() -> NDArray[np.void]:
-    """Return every design of the 2x2x2 lattice and what became of it, exactly.
-
-    Simulated under `Physics.published`; the engine gives the same bits.
-
-    Returns
-    -------
-    structured ndarray, shape (6561,)
-        Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
-        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged. A
-        fresh copy; `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
-
-    Examples
-    --------
-    >>> table = softvox_gym.landscape()
-    >>> table["design"][table["fitness"].argmax()]
-    np.int64(6453)
-    """
-    return _landscape().copy()
-
-
-@lru_cache(maxsize=1)
-def _landscape() -> NDArray[np.void]:
-    displacement = tracks().track[:, -1]
-    rows = LATTICE.digits(np.arange(N_DESIGNS))
-    bodies = BodyFacts.of(rows, LATTICE)
-    table = np.empty(N_DESIGNS, dtype=ROW)
-    table["design"] = np.arange(N_DESIGNS)
-    table["digits"] = ["".join(map(str, row)) for row in rows.tolist()]
-    for name in bodies._fields:
-        table[name] = getattr(bodies, name)
-    for axis, name in enumerate(("dx", "dy", "dz")):
-        table[name] = displacement[:, axis]
-    table["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
-    table["diverged"] = False
-    return table
-
-
 @lru_cache(maxsize=1)
 def tracks() -> Tracks:
     """Return the movement track and the steps of every design; read-only."""
-    with (
-        (files("softvox_gym") / "data" / "computed" / TRACKS).open("rb") as file,
-        np.load(file) as archive,
-    ):
+    with (COMPUTED / TRACKS).open("rb") as file, np.load(file) as archive:
         made = Tracks(archive["track"], archive["steps"])
     for values in made:
         values.flags.writeable = False
@@ -120,7 +244,54 @@ def looked_up(stack: NDArray[np.uint8]) -> Evaluation:
 
 
 def origin() -> dict[str, Any]:
-    """Return where the table comes from: version, commit and digest of the engine's bits."""
-    text = (files("softvox_gym") / "data" / "computed" / ORIGIN).read_text(encoding="utf-8")
-    known: dict[str, Any] = json.loads(text)
+    """Return where the tracks come from: version, commit and digest of the engine's bits."""
+    known: dict[str, Any] = json.loads((COMPUTED / ORIGIN).read_text(encoding="utf-8"))
     return known
+
+
+def cache_path(physics: Physics) -> Path | None:
+    """Return where the landscape of a physics is kept; None where the user has no folder.
+
+    The name stands for all that the table depends on: the values of the physics, what the engine
+    makes of some designs, and the format.
+    """
+    identity = {"format": FORMAT, "engine": engine_probe(), "physics": physics.to_dict()}
+    name = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+    folder = os.environ.get("SOFTVOX_CACHE")
+    try:
+        return (Path(folder) if folder else _user_folder()) / f"landscape-{name}.npy"
+    except RuntimeError:  # nobody's home
+        return None
+
+
+def _user_folder() -> Path:
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "softvox-gym"
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (base if base.is_absolute() else Path.home() / ".cache") / "softvox-gym"
+
+
+def _write(path: Path, table: Table) -> None:
+    """Keep a table, in numpy's format with a digest after it; or don't, where that is denied."""
+    array = io.BytesIO()
+    np.save(array, np.asarray(table))
+    content = array.getvalue()
+    with contextlib.suppress(OSError, OutputError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, content + _seal(path, content), force=True)
+
+
+def _read(path: Path, physics: Physics) -> Table | None:
+    """Return the table that was kept; None where there is none, or it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    array, seal = content[:-32], content[-32:]
+    if seal != _seal(path, array):
+        return None
+    return Table.of(np.load(io.BytesIO(array)), physics)
+
+
+def _seal(path: Path, content: bytes) -> bytes:
+    return hashlib.sha256(path.name.encode() + content).digest()

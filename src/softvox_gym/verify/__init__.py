@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,18 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import engine
-from softvox_gym.design import N_DESIGNS, Design
+from softvox_gym.design import Design
+from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.manifest import digest
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
 from softvox_gym.verify.agreement import (
+    EXCEPTED,
     FAILED,
-    OK,
-    Known,
+    UNJUDGED,
     Row,
+    count,
     differences,
     judge,
-    judge_with_exceptions,
 )
 from softvox_gym.verify.records import Records, designs, document, flags, numbers, records
 from softvox_gym.verify.trajectories import trajectories
@@ -41,13 +42,10 @@ LINKLESS_TOLERANCE = 2e-3
 
 _FALLS = "rounding decides its fall"
 
-#: Designs that miss the tolerance: (row of the table, design) to the difference accepted and why.
+#: Designs that miss the tolerance, by row of the table: the difference accepted, and why.
 #: These two are mirror symmetric and fall to a side that the last bit decides. The limits are the
 #: spread over 200 runs whose voxels start a random 2e-16 of an edge away.
-EXCEPTIONS: dict[Hashable, Known] = {
-    ("clamp", 5455): Known(0.9, _FALLS),
-    ("clamp", 6453): Known(0.15, _FALLS),
-}
+EXCEPTIONS = {"clamp": {5455: (0.9, _FALLS), 6453: (0.15, _FALLS)}}
 
 FAMILIES = {
     "hires": "high resolution",
@@ -84,21 +82,14 @@ def published_top100(fitness: NDArray[np.float64], published: Records) -> Row:
     """Compare fitness, shape (6561,), with the paper's table at the two decimals printed there."""
     found = fitness[designs(published)]
     agree = [f"{value:.2f}" == row["fitness"] for value, row in zip(found, published, strict=True)]
-    return Row(
-        "published top 100",
-        OK if all(agree) else FAILED,
-        sum(agree),
-        len(agree),
-        float(np.max(np.abs(found - numbers(published, "fitness")[:, 0]))),
-        note="at two decimals",
-    )
+    largest = float(np.max(np.abs(found - numbers(published, "fitness")[:, 0])))
+    return count("published top 100", agree, largest=largest, note="at two decimals")
 
 
 def golden(displacement: NDArray[np.float64]) -> Row:
     """Compare the bits of the published landscape with those that every build should give."""
-    same = digest(displacement) == GOLDEN
-    verdict, agree = (OK, N_DESIGNS) if same else (FAILED, 0)
-    return Row("digest", verdict, agree, N_DESIGNS, note="all displacements, to the bit")
+    same = np.full(N_DESIGNS, digest(displacement) == GOLDEN)
+    return count("digest", same, note="all displacements, to the bit")
 
 
 def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) -> Iterator[Row]:
@@ -107,9 +98,7 @@ def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) 
     wanted = displacement[some].view(np.uint64)
     for isa in engine.isa_names():
         found = simulate(some, threads=threads, isa=isa).displacement.view(np.uint64)
-        agree = int(np.count_nonzero((found == wanted).all(axis=1)))
-        verdict = OK if agree == len(some) else FAILED
-        yield Row(isa, verdict, agree, len(some), note="to the bit")
+        yield count(isa, (found == wanted).all(axis=1), note="to the bit")
 
 
 def sample(
@@ -129,7 +118,7 @@ def sample(
     found = simulate(chosen[linkless], short, threads=threads).displacement
     yield judge("linkless at dt/10", differences(found, wanted[linkless]), TOLERANCE)
     note = "theirs varies too"
-    yield judge("sensitive", difference[sensitive], TOLERANCE, judged=False, note=note)
+    yield judge("sensitive", difference[sensitive], TOLERANCE, verdicts=UNJUDGED, note=note)
 
 
 def variants(
@@ -140,9 +129,12 @@ def variants(
         rows = [row for row in measured if row["variant"] == name]
         physics = replace(Physics.published(), **change)
         result = simulate(designs(rows), physics, threads=threads)
-        difference = compare_runs(result, rows)
-        tolerance = VARIANT_TOLERANCES.get(name, TOLERANCE)
-        yield from judge_with_exceptions(name, designs(rows), difference, tolerance, EXCEPTIONS)
+        difference, known = compare_runs(result, rows), EXCEPTIONS.get(name, {})
+        plain = [design not in known for design in designs(rows)]
+        yield judge(name, difference[plain], VARIANT_TOLERANCES.get(name, TOLERANCE))
+        for design, (limit, reason) in known.items():
+            own = difference[[other == design for other in designs(rows)]]
+            yield judge(f"  design {design}", own, limit, verdicts=(EXCEPTED, FAILED), note=reason)
 
 
 def lattices(cases: Sequence[Mapping[str, Any]], *, threads: int | None = None) -> Iterator[Row]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 OK, FAILED, EXCEPTED, NOT_JUDGED = "ok", "FAILED", "known", "not judged"
+
+#: Verdicts of what is reported only.
+UNJUDGED = NOT_JUDGED, NOT_JUDGED
 
 
 @dataclass(frozen=True)
@@ -42,26 +44,11 @@ class Row:
         return self.verdict != FAILED
 
 
-@dataclass(frozen=True)
-class Known:
-    """A difference above the tolerance that has a reason.
-
-    Parameters
-    ----------
-    limit : float
-        The difference that is accepted.
-    reason : str
-    """
-
-    limit: float
-    reason: str
-
-
-def differences(found: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
-    """Return the largest absolute difference in each row; NaN where a number is missing."""
-    difference: NDArray[np.float64] = np.abs(np.asarray(found) - np.asarray(wanted))
-    largest: NDArray[np.float64] = difference.max(axis=1)
-    return largest
+def count(name: str, agree: ArrayLike, *, largest: float | None = None, note: str = "") -> Row:
+    """Return the row of things each of which agrees or does not, shape (n,)."""
+    flags = np.asarray(agree, dtype=bool)
+    verdict = OK if flags.all() else FAILED
+    return Row(name, verdict, int(flags.sum()), len(flags), largest, note=note)
 
 
 def judge(
@@ -69,54 +56,28 @@ def judge(
     difference: ArrayLike,
     tolerance: float,
     *,
-    judged: bool = True,
+    verdicts: tuple[str, str] = (OK, FAILED),
     note: str = "",
 ) -> Row:
-    """Hold differences against a tolerance; a NaN is a failure.
+    """Hold differences against a tolerance; a NaN is above it.
 
     Parameters
     ----------
     name : str
     difference : array_like, shape (n,)
     tolerance : float
-    judged : bool
-        Whether it matters; otherwise it is only reported.
+    verdicts : (str, str)
+        Where all are within the tolerance, and where one is not.
     note : str
     """
     values = np.asarray(difference, dtype=np.float64)
     agree = int(np.count_nonzero(values <= tolerance))
-    verdict = (OK if agree == len(values) else FAILED) if judged else NOT_JUDGED
-    largest = float(values.max(initial=0.0))
-    return Row(name, verdict, agree, len(values), largest, tolerance, note)
+    verdict = verdicts[agree < len(values)]
+    return Row(name, verdict, agree, len(values), float(values.max(initial=0)), tolerance, note)
 
 
-def judge_with_exceptions(
-    name: str,
-    designs: Sequence[int],
-    difference: ArrayLike,
-    tolerance: float,
-    exceptions: Mapping[Hashable, Known],
-) -> Iterator[Row]:
-    """Hold differences against a tolerance, and those of excepted designs each against its own.
-
-    Parameters
-    ----------
-    name : str
-    designs : sequence of int
-    difference : array_like, shape (n,)
-    tolerance : float
-    exceptions : mapping of (name, design) to Known
-
-    Yields
-    ------
-    Row
-        For all other designs together, then for every exception.
-    """
-    values = np.asarray(difference, dtype=np.float64)
-    excepted = np.array([(name, design) in exceptions for design in designs], dtype=bool)
-    yield judge(name, values[~excepted], tolerance)
-    for i in np.flatnonzero(excepted).tolist():
-        exception = exceptions[name, designs[i]]
-        row = judge(f"  design {designs[i]}", values[i : i + 1], exception.limit)
-        verdict = EXCEPTED if row.passed else FAILED
-        yield Row(row.name, verdict, row.agree, 1, row.largest, row.tolerance, exception.reason)
+def differences(found: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
+    """Return the largest absolute difference in each row; NaN where a number is missing."""
+    difference: NDArray[np.float64] = np.abs(np.asarray(found) - np.asarray(wanted))
+    largest: NDArray[np.float64] = difference.max(axis=1)
+    return largest

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Frames, simulate
-from softvox_gym.verify.agreement import Row, differences, judge
+from softvox_gym.verify.agreement import UNJUDGED, Row, differences, judge
 from softvox_gym.verify.records import Records, numbers, records, trajectory_names
 
 #: The files hold some of the steps up to the first number, then every so many.
@@ -53,7 +53,8 @@ def trajectories(
     yield judge("trajectories", np.concatenate(steady), tolerance, note="every voxel")
     for design, each in zip(designs, difference, strict=True):
         if design in sensitive:
-            yield judge(f"trajectory {design}", each, tolerance, judged=False, note="sensitive")
+            name = f"trajectory {design}"
+            yield judge(name, each, tolerance, verdicts=UNJUDGED, note="sensitive")
 
 
 def _time_step(file: Records) -> float:

@@ -38,6 +38,11 @@ class _Wrapper(
 ):
     """A wrapper around a single environment: a batch of one."""
 
+    def wrap(self, env: Env, **options: Any) -> None:
+        """Keep the options for the spec."""
+        RecordConstructorArgs.__init__(self, **options)
+        gym.Wrapper.__init__(self, env)
+
     def step(self, action: NDArray[np.int64]) -> Step:
         """Try the design; a step that only resets passes through."""
         asked = Action.of(action)
@@ -95,11 +100,6 @@ class JakobiNoise(JakobiStep, _Wrapper):
     Source: Jakobi, Husbands & Harvey, "Noise and the reality gap", ECAL 1995.
     """
 
-    def __init__(self, env: Env, level: float = 1.0, **amounts: Any) -> None:
-        RecordConstructorArgs.__init__(self, level=level, **amounts)
-        gym.Wrapper.__init__(self, env)
-        JakobiStep.__init__(self, env, level, amounts)
-
 
 class Resample(ResampleStep, _Wrapper):
     """Tries every design n times, and rewards an aggregate of its values.
@@ -133,11 +133,6 @@ class Resample(ResampleStep, _Wrapper):
         number, or an unknown aggregate.
     """
 
-    def __init__(self, env: Env, n: int, aggregate: str = "mean") -> None:
-        RecordConstructorArgs.__init__(self, n=n, aggregate=aggregate)
-        gym.Wrapper.__init__(self, env)
-        ResampleStep.__init__(self, env, n, aggregate)
-
 
 class FitnessNoise(MeasuredStep, _Wrapper):
     """Noise on the measurement of the fitness alone; the robot travels as it would.
@@ -158,8 +153,3 @@ class FitnessNoise(MeasuredStep, _Wrapper):
     TypeError, ValueError
         For another environment, or a sigma that is not a finite number of at least 0.
     """
-
-    def __init__(self, env: Env, sigma: float) -> None:
-        RecordConstructorArgs.__init__(self, sigma=sigma)
-        gym.Wrapper.__init__(self, env)
-        MeasuredStep.__init__(self, env, sigma)

@@ -27,6 +27,10 @@ class Wrapping:
     #: Whether two steps of one design may differ.
     is_noisy = False
 
+    def wrap(self, env: Any, **options: Any) -> None:
+        """Become a wrapper around an environment, made with options."""
+        raise NotImplementedError
+
     def before(self, action: Action) -> Action:
         """Return the action, asking for more."""
         return action
@@ -51,7 +55,8 @@ class Wrapping:
 class JakobiStep(Wrapping):
     """`Jakobi` noise on every trial."""
 
-    def __init__(self, env: Any, level: float, amounts: dict[str, float]) -> None:
+    def __init__(self, env: Any, level: float = 1.0, **amounts: float) -> None:
+        self.wrap(env, level=level, **amounts)
         self.noise = Jakobi(level, **amounts)
         self.level = self.noise.level
         self.is_noisy = self.level > 0
@@ -69,7 +74,8 @@ class JakobiStep(Wrapping):
 class ResampleStep(Wrapping):
     """Several trials, and an aggregate of them."""
 
-    def __init__(self, env: Any, n: int, aggregate: str) -> None:
+    def __init__(self, env: Any, n: int, aggregate: str = "mean") -> None:
+        self.wrap(env, n=n, aggregate=aggregate)
         check_count("n", n, least=1)
         self.n = int(n)
         self.aggregate = aggregate
@@ -99,6 +105,7 @@ class MeasuredStep(Wrapping):
     """Noise on the measured fitness: of every trial where somebody outside asks for several."""
 
     def __init__(self, env: Any, sigma: float) -> None:
+        self.wrap(env, sigma=sigma)
         self.noise = MeasurementNoise(sigma)
         self.sigma = self.noise.sigma
         self.is_noisy = self.sigma > 0

@@ -37,6 +37,10 @@ else:
 class _Wrapper(Wrapping, _Base):
     """A wrapper around a vector environment."""
 
+    def wrap(self, env: Env, **options: Any) -> None:
+        """Make it one; a vector's spec knows no wrappers."""
+        VectorWrapper.__init__(self, env)
+
     def step(self, actions: NDArray[np.int64]) -> Batch:
         """Try the designs; of those that only reset nothing changes."""
         asked = Action.of(actions)
@@ -59,65 +63,12 @@ class _Wrapper(Wrapping, _Base):
 
 
 class JakobiNoise(JakobiStep, _Wrapper):
-    """`softvox_gym.wrappers.JakobiNoise` for a vector environment.
-
-    Parameters
-    ----------
-    env : VectorEnv
-        `SoftVoxVectorEnv`, perhaps in other wrappers.
-    level : float
-    **amounts
-        As there.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As there.
-    """
-
-    def __init__(self, env: Env, level: float = 1.0, **amounts: float) -> None:
-        VectorWrapper.__init__(self, env)
-        JakobiStep.__init__(self, env, level, amounts)
+    """`softvox_gym.wrappers.JakobiNoise` for a vector, ``JakobiNoise(env, level)``."""
 
 
 class Resample(ResampleStep, _Wrapper):
-    """`softvox_gym.wrappers.Resample` for a vector environment.
-
-    Parameters
-    ----------
-    env : VectorEnv
-        An environment of this package, normally with noise on it.
-    n : int
-    aggregate : {"mean", "min", "q10", "cvar25"}
-        As there.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As there.
-    """
-
-    def __init__(self, env: Env, n: int, aggregate: str = "mean") -> None:
-        VectorWrapper.__init__(self, env)
-        ResampleStep.__init__(self, env, n, aggregate)
+    """`softvox_gym.wrappers.Resample` for a vector, ``Resample(env, n, aggregate)``."""
 
 
 class FitnessNoise(MeasuredStep, _Wrapper):
-    """`softvox_gym.wrappers.FitnessNoise` for a vector environment.
-
-    Parameters
-    ----------
-    env : VectorEnv
-        An environment of this package.
-    sigma : float
-        As there.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As there.
-    """
-
-    def __init__(self, env: Env, sigma: float) -> None:
-        VectorWrapper.__init__(self, env)
-        MeasuredStep.__init__(self, env, sigma)
+    """`softvox_gym.wrappers.FitnessNoise` for a vector, ``FitnessNoise(env, sigma)``."""

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS
-from softvox_gym.landscapes.analysis.graph import checked_fitness, components, neighbours
+from softvox_gym.design import Design
+from softvox_gym.landscapes.analysis.graph import components, neighbours
+from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import N_DESIGNS
 
 #: An optimum counts as good as the best from this share of its fitness on.
 NEARLY = 0.99
@@ -28,6 +31,12 @@ class Ascents:
 
     probability: NDArray[np.float64]
     steps: NDArray[np.float64]
+
+    @property
+    def basins(self) -> NDArray[np.float64]:
+        """The (expected) number of starts that end in each optimum, shape (m,); 6561 in all."""
+        sizes: NDArray[np.float64] = self.probability.sum(axis=0)
+        return sizes
 
 
 @dataclass(frozen=True)
@@ -52,85 +61,35 @@ class LocalOptima:
     steepest: Ascents
     random: Ascents
 
-    def basins(self, ascents: Ascents) -> NDArray[np.float64]:
-        """Return how many starts end in each optimum, shape (m,); they sum to 6561.
 
-        For climbs that draw, the expected number: the probabilities of all starts, summed.
-        """
-        sizes: NDArray[np.float64] = ascents.probability.sum(axis=0)
-        return sizes
-
-
-@dataclass(frozen=True)
-class Climb:
-    """What to expect of a climb from a design drawn with equal probability.
-
-    Parameters
-    ----------
-    finds_best : float
-        Probability to end in the fittest design, or one of them.
-    climbs_to_best : float
-        Expected number of independent climbs until one does: 1 / finds_best.
-    finds_nearly_best : float
-        Probability to end in an optimum with at least 99 % of the best fitness.
-    steps : float
-        Expected number of moves.
-    mean_end : float
-        Expected fitness at the end, voxel widths.
-    """
-
-    finds_best: float
-    climbs_to_best: float
-    finds_nearly_best: float
-    steps: float
-    mean_end: float
-
-
-def plateaus(fitness: ArrayLike) -> NDArray[np.int64]:
+def plateaus(fitness: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the plateau of every design: the designs reached by mutations that change nothing.
 
     Parameters
     ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0. Equal means equal bits, but for the sign of zero.
+    fitness : ndarray, shape (6561,)
+        Equal means equal bits, but for the sign of zero.
 
     Returns
     -------
     ndarray of int64, shape (6561,)
         The smallest number on each design's plateau; its own where no neighbour is as fit.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
     """
-    values = checked_fitness(fitness)
-    return components(values[neighbours()] == values[:, np.newaxis])
+    return components(fitness[neighbours()] == fitness[:, np.newaxis])
 
 
-def upward_moves(fitness: ArrayLike) -> list[NDArray[np.int64]]:
+def upward_moves(fitness: NDArray[np.float64]) -> list[NDArray[np.int64]]:
     """Return the designs that a climb may go to from each design, by number.
 
     These are the fitter neighbours. A design without any, on a plateau with others that have some,
     may go to every fitter neighbour of the plateau: the climb walks the plateau and leaves it, in
     what counts as one move. A design from which no move is possible is, with its plateau, a local
     optimum.
-
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
     """
-    values = checked_fitness(fitness)
     around = np.sort(neighbours(), axis=1)
-    fitter = values[around] > values[:, np.newaxis]
+    fitter = fitness[around] > fitness[:, np.newaxis]
     moves = [row[keep] for row, keep in zip(around, fitter, strict=True)]
-    plateau = plateaus(values)
+    plateau = plateaus(fitness)
     for label in np.unique(plateau[plateau != np.arange(N_DESIGNS)]):
         level = np.flatnonzero(plateau == label)
         exits = np.unique(np.concatenate([moves[design] for design in level]))
@@ -140,7 +99,7 @@ def upward_moves(fitness: ArrayLike) -> list[NDArray[np.int64]]:
     return moves
 
 
-def local_optima(fitness: ArrayLike) -> LocalOptima:
+def local_optima(fitness: NDArray[np.float64]) -> LocalOptima:
     """Return the local optima and where climbs end, exactly.
 
     A local optimum is a plateau (of one design, or of equally fit ones that mutations join) no
@@ -152,13 +111,8 @@ def local_optima(fitness: ArrayLike) -> LocalOptima:
 
     Parameters
     ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
+    fitness : ndarray, shape (6561,)
+        Finite.
 
     Notes
     -----
@@ -166,50 +120,27 @@ def local_optima(fitness: ArrayLike) -> LocalOptima:
     local optima networks, GECCO 2008 (basins of steepest ascent); J. G. Kemeny, J. L. Snell,
     Finite Markov Chains, 1960, chapter III (absorption).
     """
-    values = checked_fitness(fitness)
-    plateau, moves = plateaus(values), upward_moves(values)
+    plateau, moves = plateaus(fitness), upward_moves(fitness)
     is_top = np.array([not len(targets) for targets in moves])
     tops = np.unique(plateau[is_top])
-    tops = tops[np.argsort(-values[tops], kind="stable")]
+    tops = tops[np.argsort(-fitness[tops], kind="stable")]
     ends = np.full(N_DESIGNS, -1)
     for column, top in enumerate(tops):
         ends[is_top & (plateau == top)] = column
     steepest = [
-        targets[[values[targets].argmax()]] if len(targets) else targets for targets in moves
+        targets[[fitness[targets].argmax()]] if len(targets) else targets for targets in moves
     ]
     return LocalOptima(
         design=tops,
-        fitness=values[tops],
+        fitness=fitness[tops],
         plateau=np.bincount(ends[is_top], minlength=len(tops)),
-        steepest=_absorbed(values, steepest, ends, len(tops)),
-        random=_absorbed(values, moves, ends, len(tops)),
-    )
-
-
-def climb(optima: LocalOptima, ascents: Ascents) -> Climb:
-    """Return what to expect of a climb from a random start.
-
-    Parameters
-    ----------
-    optima : LocalOptima
-    ascents : Ascents
-        `optima.steepest` or `optima.random`.
-    """
-    share = ascents.probability.mean(axis=0)
-    best = float(optima.fitness[0])
-    finds_best = float(share[optima.fitness == best].sum())
-    nearly = optima.fitness >= min(NEARLY * best, best)
-    return Climb(
-        finds_best=finds_best,
-        climbs_to_best=1 / finds_best,
-        finds_nearly_best=float(share[nearly].sum()),
-        steps=float(ascents.steps.mean()),
-        mean_end=float(share @ optima.fitness),
+        steepest=_absorbed(fitness, steepest, ends, len(tops)),
+        random=_absorbed(fitness, moves, ends, len(tops)),
     )
 
 
 def _absorbed(
-    values: NDArray[np.float64],
+    fitness: NDArray[np.float64],
     moves: list[NDArray[np.int64]],
     ends: NDArray[np.int64],
     n_ends: int,
@@ -217,7 +148,7 @@ def _absorbed(
     """Return where uniformly drawn moves end, and after how many; every move must gain fitness."""
     probability = np.zeros((N_DESIGNS, n_ends))
     steps = np.zeros(N_DESIGNS)
-    for design in np.argsort(-values, kind="stable"):
+    for design in np.argsort(-fitness, kind="stable"):
         targets = moves[design]
         if len(targets):
             probability[design] = probability[targets].mean(axis=0)
@@ -225,3 +156,76 @@ def _absorbed(
         else:
             probability[design, ends[design]] = 1
     return Ascents(probability, steps)
+
+
+def optima(found: LocalOptima) -> Section:
+    """Return the list of local optima."""
+    return Section(
+        title="Local optima",
+        note="Designs, or plateaus of equally fit designs, that no single mutation (one site given "
+        "another digit, 16 ways) improves. A basin holds the starts from which a climb ends there: "
+        "under steepest ascent (the fittest neighbour, the smallest number where several are "
+        "equal), and, as an expected number, under random ascent (any fitter neighbour, each with "
+        "the same probability; first improvement in random order). All basins together hold "
+        f"{N_DESIGNS}. The file local_optima.csv has all of them.",
+        columns=(
+            Column("design", "local optimum"),
+            Column("digits", "digits"),
+            Column("fitness", "fitness", ".4f"),
+            Column("plateau"),
+            Column("steepest_basin", "steepest basin"),
+            Column("random_basin", "random basin", ".1f"),
+        ),
+        rows=list(
+            zip(
+                found.design.tolist(),
+                [Design(number).digits for number in found.design.tolist()],
+                found.fitness.tolist(),
+                found.plateau.tolist(),
+                # A steepest ascent ends in one place, so these are whole numbers.
+                found.steepest.basins.astype(int).tolist(),
+                found.random.basins.tolist(),
+                strict=True,
+            )
+        ),
+        facts={
+            "number": len(found.design),
+            "symmetry_classes": len(np.unique(symmetry_classes()[found.design])),
+            "plateaus": int((found.plateau > 1).sum()),
+            "lowest": float(found.fitness[-1]),
+        },
+        sentence="{number} local optima in {symmetry_classes} symmetry classes, {plateaus} of them "
+        "plateaus; the lowest is {lowest:.4f}",
+        file="local_optima.csv",
+        screen=4,
+        document=20,
+    )
+
+
+def climbs(found: LocalOptima) -> Section:
+    """Return what to expect of a climb from a design drawn with equal probability."""
+    best = float(found.fitness[0])
+    nearly = found.fitness >= min(NEARLY * best, best)
+    rows = []
+    for name, ascents in (("steepest ascent", found.steepest), ("random ascent", found.random)):
+        share = ascents.probability.mean(axis=0)
+        finds_best = float(share[found.fitness == best].sum())
+        finds_nearly = float(share[nearly].sum())
+        mean_end = float(share @ found.fitness)
+        row = (name, finds_best, 1 / finds_best, finds_nearly, float(ascents.steps.mean()))
+        rows.append((*row, mean_end))
+    return Section(
+        title="Climbs from a random start",
+        note="How often a climb from a design drawn with equal probability ends in the fittest "
+        "design, how many climbs it takes on average until one does, how often one ends within "
+        "1 % of the best fitness, the mean number of moves and the mean fitness at the end.",
+        columns=(
+            Column("climb", "climb"),
+            Column("finds_best", "finds best", ".2%"),
+            Column("climbs_to_best", "climbs to it", ".1f"),
+            Column("finds_nearly_best", "within 1 %", ".2%"),
+            Column("steps", "moves", ".2f"),
+            Column("mean_end", "mean end", ".4f"),
+        ),
+        rows=rows,
+    )

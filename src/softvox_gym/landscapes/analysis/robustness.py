@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from softvox_gym.design import ABSENT, ACTIVE, PASSIVE
-from softvox_gym.landscapes.analysis.graph import (
-    all_digits,
-    checked_fitness,
-    neighbours,
-    with_digit,
-)
+from softvox_gym.design import ABSENT, ACTIVE, PASSIVE, Design
+from softvox_gym.landscapes.analysis.graph import all_digits, neighbours, with_digit
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import N_DESIGNS
+
+#: How many of the fittest designs are put to the test of one error, together.
+RANKS = (1, 10, 100, N_DESIGNS)
 
 
-@dataclass(frozen=True)
-class AfterError:
+class AfterError(NamedTuple):
     """The fitness of every design after one error of a kind.
 
-    Parameters
-    ----------
     mean, worst : ndarray, shape (6561,)
         Over the errors of that kind that can befall the design, voxel widths; NaN where none can.
     """
@@ -30,112 +27,105 @@ class AfterError:
     worst: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Kept:
-    """What a group of designs keeps after one error of a kind.
+def after_error(fitness: NDArray[np.float64]) -> dict[str, AfterError]:
+    """Return the fitness after one error, by the error's kind, fitness of shape (6561,).
 
-    Parameters
-    ----------
-    designs : int
-        The designs of the group that such an error can befall.
-    own : float or None
-        Their mean fitness without error, voxel widths. None, as what follows, where there are no
-        such designs.
-    mean, worst : float or None
-        Mean over them of the fitness after one error: the average over its places, and the worst
-        place. Voxel widths.
-    mean_share, worst_share : float or None
-        mean / own and worst / own, ratios of averages, which tiny fitness does not disturb. None
-        where own is not positive. For one mutation and all designs mean_share is 1, because every
-        design is as often a neighbour as any other.
-    least_share : float or None
-        The smallest worst / own of a single design. None where one has a fitness that is not
-        positive.
+    The kinds are "mutation", of any site; "dead_actuator", an active voxel that stays passive (2
+    becomes 1); and "missing_voxel" (1 or 2 becomes 0).
     """
-
-    designs: int
-    own: float | None
-    mean: float | None
-    worst: float | None
-    mean_share: float | None
-    worst_share: float | None
-    least_share: float | None
+    around, digits = neighbours(), all_digits()
+    return {
+        "mutation": _after(fitness[around], np.full(around.shape, True)),
+        "dead_actuator": _after(fitness[with_digit(PASSIVE)], digits == ACTIVE),
+        "missing_voxel": _after(fitness[with_digit(ABSENT)], digits != ABSENT),
+    }
 
 
-def after_mutation(fitness: ArrayLike) -> AfterError:
-    """Return the mean and the worst fitness over the 16 neighbours of each design.
-
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
-    """
-    around = checked_fitness(fitness)[neighbours()]
-    return AfterError(mean=around.mean(axis=1), worst=around.min(axis=1))
+def _after(fitness: NDArray[np.float64], possible: NDArray[np.bool_]) -> AfterError:
+    """Return mean and worst over the places (axis 1) at which an error is possible."""
+    count = possible.sum(axis=1)
+    mean = np.full(len(fitness), np.nan)
+    np.divide(np.where(possible, fitness, 0.0).sum(axis=1), count, out=mean, where=count > 0)
+    worst = np.where(possible, fitness, np.inf).min(axis=1)
+    return AfterError(mean, np.where(count > 0, worst, np.nan))
 
 
-def after_dead_actuator(fitness: ArrayLike) -> AfterError:
-    """Return the same over the designs in which one active voxel stays passive (2 becomes 1).
-
-    Parameters and errors are those of `after_mutation`.
-    """
-    return _after(fitness, with_digit(PASSIVE), all_digits() == ACTIVE)
-
-
-def after_missing_voxel(fitness: ArrayLike) -> AfterError:
-    """Return the same over the designs in which one voxel is missing (1 or 2 becomes 0).
-
-    Parameters and errors are those of `after_mutation`.
-    """
-    return _after(fitness, with_digit(ABSENT), all_digits() != ABSENT)
-
-
-def kept(fitness: ArrayLike, after: AfterError, designs: NDArray[np.int64]) -> Kept:
-    """Return what a group of designs keeps on average.
-
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-    after : AfterError
-    designs : ndarray of int
-        The group's numbers.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
-    """
-    values = checked_fitness(fitness)
-    group = designs[~np.isnan(after.mean[designs])]
-    if not len(group):
-        return Kept(0, None, None, None, None, None, None)
-    own, mean, worst = (float(some[group].mean()) for some in (values, after.mean, after.worst))
-    positive = bool((values[group] > 0).all())
-    return Kept(
-        designs=len(group),
-        own=own,
-        mean=mean,
-        worst=worst,
-        mean_share=mean / own if own > 0 else None,
-        worst_share=worst / own if own > 0 else None,
-        least_share=float((after.worst[group] / values[group]).min()) if positive else None,
+def robustness(fitness: NDArray[np.float64], after: dict[str, AfterError]) -> Section:
+    """Return what groups of the fittest designs keep after one error of each kind."""
+    order = np.argsort(-fitness, kind="stable")
+    names = {1: "the fittest", N_DESIGNS: "all designs"}
+    rows = []
+    for rank in RANKS:
+        group = order[:rank]
+        kept = [number for kind in after.values() for number in _kept(fitness, kind, group)]
+        name = names.get(rank, f"the fittest {rank}")
+        rows.append((name, rank, float(fitness[group].mean()), *kept))
+    mutation = after["mutation"]
+    return Section(
+        title="Robustness to one error",
+        note="What is left of fitness, on average over the places where the error can happen and "
+        "at the worst place: after one mutation, after an active voxel that stays passive (a dead "
+        "actuator), and after a missing voxel. Averages over the group, as shares of its own. "
+        "For all designs a mutation leaves 100 % on average by construction: every design is as "
+        "often a neighbour as any other. The file neighbours.csv has every design.",
+        columns=(
+            Column("group", "what one error leaves"),
+            Column("fittest"),
+            Column("fitness", "fitness", ".4f"),
+            *(
+                column
+                for kind, title in zip(after, ("mutation", "dead", "missing"), strict=True)
+                for column in (
+                    Column(f"{kind}_designs"),
+                    Column(f"{kind}_mean_share", title, ".1%"),
+                    Column(f"{kind}_worst_share", "worst", ".1%"),
+                )
+            ),
+        ),
+        rows=rows,
+        facts={
+            "by_worst": int(mutation.worst.argmax()),
+            "worst": float(mutation.worst.max()),
+            "by_mean": int(mutation.mean.argmax()),
+            "mean": float(mutation.mean.max()),
+        },
+        sentence="most is left of {by_worst} after its worst mutation ({worst:.4f}), of {by_mean} "
+        "on average ({mean:.4f})",
     )
 
 
-def _after(
-    fitness: ArrayLike, changed: NDArray[np.int64], possible: NDArray[np.bool_]
-) -> AfterError:
-    """Return mean and worst over the sites at which an error is possible."""
-    values = checked_fitness(fitness)[changed]
-    count = possible.sum(axis=1)
-    total = np.where(possible, values, 0.0).sum(axis=1)
-    worst = np.where(possible, values, np.inf).min(axis=1)
-    mean = np.full(len(values), np.nan)
-    np.divide(total, count, out=mean, where=count > 0)
-    return AfterError(mean=mean, worst=np.where(count > 0, worst, np.nan))
+def _kept(
+    fitness: NDArray[np.float64], after: AfterError, group: NDArray[np.int64]
+) -> tuple[int, float | None, float | None]:
+    """Return how many of a group the error can befall, and which share of fitness they keep.
+
+    The shares, on average and at the worst place, are ratios of averages, which tiny fitness does
+    not disturb. None where the fitness of these designs is not positive, or there are none.
+    """
+    group = group[~np.isnan(after.mean[group])]
+    own = float(fitness[group].mean()) if len(group) else 0.0
+    if own <= 0:
+        return len(group), None, None
+    mean, worst = (float(values[group].mean()) / own for values in after)
+    return len(group), mean, worst
+
+
+def every_design(fitness: NDArray[np.float64], after: dict[str, AfterError]) -> Section:
+    """Return the table of what one error leaves of each design, for programs."""
+    columns = {
+        "design": range(N_DESIGNS),
+        "digits": [Design(number).digits for number in range(N_DESIGNS)],
+        "fitness": fitness.tolist(),
+        **{
+            f"{kind}_{name}": values.tolist()
+            for kind, found in after.items()
+            for name, values in found._asdict().items()
+        },
+    }
+    return Section(
+        columns=tuple(map(Column, columns)),
+        rows=list(zip(*columns.values(), strict=True)),
+        file="neighbours.csv",
+        screen=0,
+        document=0,
+    )

@@ -3,105 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from softvox_gym.design import N_SITES
 from softvox_gym.landscapes.analysis.graph import (
     N_NEIGHBOURS,
-    checked_fitness,
+    N_SITES,
     components,
     distance_to,
     neighbours,
 )
 from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
+from softvox_gym.landscapes.section import Column, Section
+
+#: Voxel widths: mutations that change fitness by no more are neutral.
+THRESHOLDS = (0.0, 0.01, 0.1)
 
 
-@dataclass(frozen=True)
-class FitnessDistance:
-    """How fitness goes with the distance to the fittest design.
-
-    Parameters
-    ----------
-    best : tuple of int
-        The fittest design, or all of them where several are equal.
-    to_best : float or None
-        Pearson's r of fitness and Hamming distance to the nearest of these, over all designs: -1
-        where fitness falls with distance in a line, 0 where distance says nothing. None where all
-        fitness is equal.
-    to_class : float or None
-        The same for the distance to the nearest turned or mirrored image of these.
-    mean_by_distance : tuple of float or None
-        Mean fitness of the designs 0, 1, ... 8 mutations away from `best`, voxel widths; None
-        where there are none.
-    """
-
-    best: tuple[int, ...]
-    to_best: float | None
-    to_class: float | None
-    mean_by_distance: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
-class Neutrality:
-    """How many mutations change next to nothing.
-
-    Parameters
-    ----------
-    threshold : float
-        Voxel widths: a mutation that changes fitness by this much or less is neutral.
-    share : float
-        Of the 52488 pairs of neighbours, those that a neutral mutation joins.
-    degree : float
-        Mean number of neutral neighbours of a design, of 16.
-    largest_network : int
-        Designs in the largest set that neutral mutations join, one after the other.
-    networks : int
-        How many sets of two or more there are.
-    """
-
-    threshold: float
-    share: float
-    degree: float
-    largest_network: int
-    networks: int
-
-
-def fitness_distance(fitness: ArrayLike) -> FitnessDistance:
-    """Return the fitness-distance correlation, over all designs.
-
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
-
-    Notes
-    -----
-    Source: T. Jones, S. Forrest, Fitness distance correlation as a measure of problem difficulty
-    for genetic algorithms, ICGA 1995.
-    """
-    values = checked_fitness(fitness)
-    best = np.flatnonzero(values == values.max())
-    distance = distance_to(best)
-    classes = symmetry_classes()
-    images = np.flatnonzero(np.isin(classes, classes[best]))
-    at = [values[distance == d] for d in range(N_SITES + 1)]
-    return FitnessDistance(
-        best=tuple(best.tolist()),
-        to_best=_pearson(values, distance),
-        to_class=_pearson(values, distance_to(images)),
-        mean_by_distance=tuple(float(some.mean()) if len(some) else None for some in at),
-    )
-
-
-def autocorrelation(fitness: ArrayLike, *, lags: int = 10) -> NDArray[np.float64] | None:
+def autocorrelation(
+    fitness: NDArray[np.float64], *, lags: int = N_SITES
+) -> NDArray[np.float64] | None:
     """Return the autocorrelation of fitness along a random walk, exactly.
 
     Every design has 16 neighbours, so a walk that takes each with probability 1/16 visits all
@@ -110,8 +32,7 @@ def autocorrelation(fitness: ArrayLike, *, lags: int = 10) -> NDArray[np.float64
 
     Parameters
     ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
+    fitness : ndarray, shape (6561,)
     lags : int
         Up to how many steps.
 
@@ -120,25 +41,18 @@ def autocorrelation(fitness: ArrayLike, *, lags: int = 10) -> NDArray[np.float64
     ndarray, shape (lags + 1,), or None
         rho(0) = 1, rho(1), ... rho(lags). None where all fitness is equal.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
-
     Notes
     -----
     Source: E. Weinberger, Correlated and uncorrelated fitness landscapes and how to tell the
     difference, Biological Cybernetics 63, 1990.
     """
-    values = checked_fitness(fitness)
-    if not np.ptp(values):
+    if not np.ptp(fitness):
         return None
-    start = values - values.mean()
-    steps = [start]
+    steps = [fitness - fitness.mean()]
     for _ in range(lags):
         steps.append(steps[-1][neighbours()].mean(axis=1))
-    rho: NDArray[np.float64] = np.array([start @ later for later in steps]) / (start @ start)
-    return rho
+    products = np.array([steps[0] @ later for later in steps])
+    return np.asarray(products / products[0])
 
 
 def correlation_length(rho_1: float) -> float:
@@ -162,7 +76,7 @@ def correlation_length(rho_1: float) -> float:
     return -1 / math.log(abs(rho_1)) if rho_1 else 0.0
 
 
-def variance_by_order(fitness: ArrayLike) -> NDArray[np.float64] | None:
+def variance_by_order(fitness: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return the shares of the variance that come from 1, 2, ... 8 sites acting together.
 
     Fitness is a sum of one function per set of sites, each depending on the digits of its set and
@@ -170,20 +84,10 @@ def variance_by_order(fitness: ArrayLike) -> NDArray[np.float64] | None:
     functions of sets of k sites are the eigenvectors of the random walk with eigenvalue
     1 - 3k/16, so the autocorrelation is rho(s) = sum of share_k (1 - 3k/16)^s.
 
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-
     Returns
     -------
     ndarray, shape (8,), or None
         Sums to 1; entry k - 1 belongs to order k. None where all fitness is equal.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
 
     Notes
     -----
@@ -191,10 +95,9 @@ def variance_by_order(fitness: ArrayLike) -> NDArray[np.float64] | None:
     Chemistry 20, 1996 (amplitude spectra); B. Efron, C. Stein, The jackknife estimate of variance,
     Annals of Statistics 9, 1981 (the decomposition).
     """
-    values = checked_fitness(fitness)
-    if not np.ptp(values):
+    if not np.ptp(fitness):
         return None
-    cube = (values - values.mean()).reshape((3,) * N_SITES)
+    cube = (fitness - fitness.mean()).reshape((3,) * N_SITES)
     # Rows: the mean, and two contrasts at right angles to it and to each other, all of length 1.
     basis = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
     for _ in range(N_SITES):  # each turn takes the first axis and puts it last
@@ -205,42 +108,92 @@ def variance_by_order(fitness: ArrayLike) -> NDArray[np.float64] | None:
     return shares
 
 
-def neutrality(fitness: ArrayLike, *, threshold: float) -> Neutrality:
-    """Return how many mutations change fitness by no more than a threshold.
+def ruggedness(fitness: NDArray[np.float64]) -> Section:
+    """Return correlation, interaction of sites, and how fitness goes with distance.
 
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-    threshold : float
-        Voxel widths; 0 for no change at all.
+    Notes
+    -----
+    Source: T. Jones, S. Forrest, Fitness distance correlation as a measure of problem difficulty
+    for genetic algorithms, ICGA 1995.
+    """
+    best = np.flatnonzero(fitness == fitness.max())
+    images = np.flatnonzero(np.isin(symmetry_classes(), symmetry_classes()[best]))
+    distance = distance_to(best)
+    rho, shares = autocorrelation(fitness), variance_by_order(fitness)
+    orders = range(1, N_SITES + 1)
+    at = [fitness[distance == k] for k in orders]
+    nothing = [None] * N_SITES
+    return Section(
+        title="Ruggedness",
+        note="Column k: the correlation of fitness now and after k steps of a random walk of "
+        "mutations; the share of the variance of fitness that k sites acting together explain, "
+        "beyond what fewer do; and the mean fitness of the designs k mutations away from the "
+        "fittest. The correlation length is the number of steps in which correlation falls by a "
+        "factor e. The fitness-distance correlation is Pearson's r of fitness and the mutations "
+        "to the fittest design (in brackets, to its nearest turned or mirrored image), -1 where "
+        "distance tells all.",
+        columns=(
+            Column("k", "k steps, sites or mutations"),
+            Column("correlation", "correlation", ".3f"),
+            Column("variance_percent", "variance in %", ".1f"),
+            Column("mean_fitness", "mean fitness", ".3f"),
+        ),
+        rows=list(
+            zip(
+                orders,
+                nothing if rho is None else rho[1:].tolist(),
+                nothing if shares is None else (100 * shares).tolist(),
+                [float(some.mean()) if len(some) else None for some in at],
+                strict=True,
+            )
+        ),
+        facts={
+            "correlation_length": None if rho is None else correlation_length(float(rho[1])),
+            "fittest": best.tolist(),
+            "to_best": _pearson(fitness, distance),
+            "to_class": _pearson(fitness, distance_to(images)),
+        },
+        sentence="correlation length {correlation_length:.2f} steps; fitness-distance correlation "
+        "{to_best:.3f} ({to_class:.3f})",
+        is_transposed=True,
+    )
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does; for a threshold that is negative or NaN.
+
+def neutrality(fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THRESHOLDS) -> Section:
+    """Return how many mutations change fitness by no more than each threshold, voxel widths.
 
     Notes
     -----
     Source: C. M. Reidys, P. F. Stadler, Neutrality in fitness landscapes, Applied Mathematics and
     Computation 117, 2001.
     """
-    if not threshold >= 0:
-        raise ValueError(f"threshold must be 0 or more voxel widths, got {threshold!r}")
-    values = checked_fitness(fitness)
-    neutral = np.abs(values[neighbours()] - values[:, np.newaxis]) <= threshold
-    sizes = np.bincount(components(neutral))
-    return Neutrality(
-        threshold=threshold,
-        share=float(neutral.mean()),
-        degree=float(neutral.mean()) * N_NEIGHBOURS,
-        largest_network=int(sizes.max()),
-        networks=int((sizes > 1).sum()),
+    change = np.abs(fitness[neighbours()] - fitness[:, np.newaxis])
+    rows = []
+    for threshold in thresholds:
+        sizes = np.bincount(components(change <= threshold))
+        share = float((change <= threshold).mean())
+        name = f"at most {threshold:g}" if threshold else "nothing"
+        degree, largest, networks = share * N_NEIGHBOURS, int(sizes.max()), int((sizes > 1).sum())
+        rows.append((name, threshold, share, degree, largest, networks))
+    return Section(
+        title="Neutrality",
+        note="Mutations that change fitness by nothing or little: their share of all, how many of "
+        "its 16 a design has on average, the designs in the largest network that they join, and "
+        "how many networks of two designs or more there are.",
+        columns=(
+            Column("change", "a mutation changes"),
+            Column("threshold"),
+            Column("share", "share", ".1%"),
+            Column("degree", "of 16", ".2f"),
+            Column("largest_network", "largest network"),
+            Column("networks", "networks"),
+        ),
+        rows=rows,
     )
 
 
-def _pearson(values: NDArray[np.float64], distance: NDArray[np.int64]) -> float | None:
+def _pearson(fitness: NDArray[np.float64], distance: NDArray[np.int64]) -> float | None:
     """Return the correlation, or None where either does not vary."""
-    if not np.ptp(values) or not np.ptp(distance):
+    if not np.ptp(fitness) or not np.ptp(distance):
         return None
-    return float(np.corrcoef(values, distance)[0, 1])
+    return float(np.corrcoef(fitness, distance)[0, 1])

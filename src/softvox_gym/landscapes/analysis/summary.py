@@ -2,49 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import N_DESIGNS
-from softvox_gym.landscapes.analysis.graph import checked_fitness
-from softvox_gym.landscapes.analysis.groups import Group, groups
-from softvox_gym.landscapes.analysis.optima import Climb, LocalOptima, climb, local_optima
-from softvox_gym.landscapes.analysis.robustness import (
-    AfterError,
-    Kept,
-    after_dead_actuator,
-    after_missing_voxel,
-    after_mutation,
-    kept,
-)
-from softvox_gym.landscapes.analysis.ruggedness import (
-    FitnessDistance,
-    Neutrality,
-    autocorrelation,
-    correlation_length,
-    fitness_distance,
-    neutrality,
-    variance_by_order,
-)
-from softvox_gym.landscapes.analysis.symmetry import (
-    Broken,
-    Symmetry,
-    broken,
-    symmetry,
-    symmetry_classes,
-)
+from softvox_gym.landscapes.analysis.optima import climbs, local_optima, optima
+from softvox_gym.landscapes.analysis.robustness import after_error, every_design, robustness
+from softvox_gym.landscapes.analysis.ruggedness import neutrality, ruggedness
+from softvox_gym.landscapes.analysis.symmetry import broken, classes, symmetry
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import N_DESIGNS, bodies
 
-#: Voxel widths: mutations that change fitness by no more are neutral.
-THRESHOLDS = (0.0, 0.01, 0.1)
-
-#: How many of the fittest designs are put to the test of one error, together.
-RANKS = (1, 10, 100, N_DESIGNS)
+QUANTILES = (0.1, 0.5, 0.9, 0.99)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Analysis:
     """A landscape, analysed exactly. Lengths are in voxel widths.
 
@@ -53,83 +27,41 @@ class Analysis:
     fitness : ndarray, shape (6561,)
         As analysed: 0 where a design diverged.
     n_diverged : int
-    groups : dict of str to Group
-    turns, reflections : Symmetry
-        Of the classes under quarter turns, and under these and mirrors.
-    broken : tuple of Broken
-        One per symmetry.
-    optima : LocalOptima
-    climbs : dict of str to Climb
-        "steepest" and "random" ascent.
-    distance : FitnessDistance
-    autocorrelation : tuple of float or None
-        After 0, 1, ... 10 steps of a random walk. None where all fitness is equal, like what
-        follows.
-    correlation_length : float or None
-        Steps.
-    variance_by_order : tuple of float or None
-        Of orders 1 to 8.
-    neutrality : tuple of Neutrality
-        One per threshold.
-    after : dict of str to AfterError
-        By kind of error: "mutation", "dead_actuator", "missing_voxel".
-    kept : dict of str to dict of int to Kept
-        By kind of error, then for the so many fittest designs (equal ones by number).
+    sections : dict of str to Section
+        What was found, by subject: tables with the meaning of their numbers.
     """
 
     fitness: NDArray[np.float64]
     n_diverged: int
-    groups: dict[str, Group]
-    turns: Symmetry
-    reflections: Symmetry
-    broken: tuple[Broken, ...]
-    optima: LocalOptima
-    climbs: dict[str, Climb]
-    distance: FitnessDistance
-    autocorrelation: tuple[float, ...] | None
-    correlation_length: float | None
-    variance_by_order: tuple[float, ...] | None
-    neutrality: tuple[Neutrality, ...]
-    after: dict[str, AfterError]
-    kept: dict[str, dict[int, Kept]]
+    sections: dict[str, Section]
+
+    @property
+    def title(self) -> str:
+        """What was analysed, in a line."""
+        diverged = f", {self.n_diverged} diverged count as 0" if self.n_diverged else ""
+        return f"Analysis of all {len(self.fitness)} designs (lengths in voxel widths{diverged})"
+
+    def text(self) -> str:
+        """Return a screen of aligned text."""
+        shown = [section.text() for section in self.sections.values() if section.screen != 0]
+        return "\n\n".join([self.title, *shown])
+
+    def markdown(self) -> str:
+        """Return the same with more rows, and with what they mean, as a Markdown document."""
+        shown = [section.markdown() for section in self.sections.values() if section.document != 0]
+        return "\n".join([f"# {self.title}\n", *shown])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all but what has a row per design or optimum, ready for JSON."""
+        """Return all but what has a row per design, optimum or class, ready for JSON."""
         return {
             "n_designs": len(self.fitness),
             "n_diverged": self.n_diverged,
-            "groups": {name: asdict(group) for name, group in self.groups.items()},
-            "symmetry": {
-                "turns": asdict(self.turns),
-                "turns_and_reflections": asdict(self.reflections),
-                "broken": [asdict(each) for each in self.broken],
-            },
-            "local_optima": {
-                "number": len(self.optima.design),
-                "symmetry_classes": self.optima_classes(),
-                "plateaus": int((self.optima.plateau > 1).sum()),
-                "climbs": {name: asdict(each) for name, each in self.climbs.items()},
-            },
-            "fitness_distance": asdict(self.distance),
-            "random_walk": {
-                "autocorrelation": self.autocorrelation,
-                "correlation_length": self.correlation_length,
-                "variance_by_order": self.variance_by_order,
-            },
-            "neutrality": [asdict(each) for each in self.neutrality],
-            "robustness": {
-                "fittest_by_worst_neighbour": int(self.after["mutation"].worst.argmax()),
-                "fittest_by_mean_of_neighbours": int(self.after["mutation"].mean.argmax()),
-                **{
-                    kind: [{"fittest": rank, **asdict(each)} for rank, each in ranks.items()]
-                    for kind, ranks in self.kept.items()
-                },
-            },
+            **{key: section.to_dict() for key, section in self.sections.items() if section.note},
         }
 
-    def optima_classes(self) -> int:
-        """Return in how many classes under turns and reflections there is a local optimum."""
-        return len(np.unique(symmetry_classes()[self.optima.design]))
+    def tables(self) -> dict[str, str]:
+        """Return what has a row per optimum, class or design as CSV, by file name."""
+        return {s.file: s.csv() for s in self.sections.values() if s.file}
 
 
 def analyse(fitness: ArrayLike) -> Analysis:
@@ -152,43 +84,74 @@ def analyse(fitness: ArrayLike) -> Analysis:
     --------
     >>> import softvox_gym
     >>> from softvox_gym.landscapes.analysis import analyse
-    >>> len(analyse(softvox_gym.landscape()["fitness"]).optima.design)
+    >>> len(analyse(softvox_gym.landscape()["fitness"]).sections["local_optima"].rows)
     113
     """
     values = checked_fitness(fitness)
-    optima = local_optima(values)
-    walk, shares = autocorrelation(values), variance_by_order(values)
-    after = {
-        "mutation": after_mutation(values),
-        "dead_actuator": after_dead_actuator(values),
-        "missing_voxel": after_missing_voxel(values),
-    }
+    tops, after = local_optima(values), after_error(values)
     return Analysis(
         fitness=values,
         n_diverged=int(np.isnan(np.asarray(fitness)).sum()),
-        groups=groups(values),
-        turns=symmetry(values, reflections=False),
-        reflections=symmetry(values),
-        broken=broken(values),
-        optima=optima,
-        climbs={
-            "steepest": climb(optima, optima.steepest),
-            "random": climb(optima, optima.random),
+        sections={
+            "kinds": kinds(values),
+            "symmetry": symmetry(values),
+            "local_optima": optima(tops),
+            "climbs": climbs(tops),
+            "ruggedness": ruggedness(values),
+            "neutrality": neutrality(values),
+            "robustness": robustness(values, after),
+            "symmetries": broken(values),
+            "classes": classes(values),
+            "neighbours": every_design(values, after),
         },
-        distance=fitness_distance(values),
-        autocorrelation=None if walk is None else tuple(walk.tolist()),
-        correlation_length=None if walk is None else correlation_length(float(walk[1])),
-        variance_by_order=None if shares is None else tuple(shares.tolist()),
-        neutrality=tuple(neutrality(values, threshold=limit) for limit in THRESHOLDS),
-        after=after,
-        kept=_kept(values, after),
     )
 
 
-def _kept(values: NDArray[np.float64], after: dict[str, AfterError]) -> dict[str, dict[int, Kept]]:
-    """Return what the fittest designs keep, by kind of error and number of designs."""
-    order = np.argsort(-values, kind="stable")
-    return {
-        kind: {rank: kept(values, error, order[:rank]) for rank in RANKS}
-        for kind, error in after.items()
+def kinds(fitness: NDArray[np.float64]) -> Section:
+    """Return the fitness of all designs, and of those of each kind; fitness of shape (6561,)."""
+    is_empty, is_connected = bodies().n_voxels == 0, bodies().is_connected
+    kinds = {
+        "all designs": np.full(N_DESIGNS, True),
+        "in one piece": is_connected,
+        "in several pieces": ~is_connected & ~is_empty,
+        "empty": is_empty,
+        "without active voxel": bodies().n_active == 0,
     }
+    rows = []
+    for name, kind in kinds.items():
+        designs = np.flatnonzero(kind)
+        own = fitness[designs]
+        numbers = [own.max(), own.mean(), *np.quantile(own, QUANTILES)]
+        rows.append((name, len(own), *map(float, numbers), int(designs[own.argmax()])))
+    return Section(
+        title="Kinds of designs",
+        note="A design is in one piece where its voxels are joined by faces. The empty design is "
+        "without active voxel too. The last columns are quantiles of fitness.",
+        columns=(
+            Column("kind", "fitness of"),
+            Column("designs", "designs"),
+            Column("best", "best", ".4f"),
+            Column("mean", "mean", ".4f"),
+            *(Column(f"q{100 * q:g}", f"{100 * q:g} %", ".4f") for q in QUANTILES),
+            Column("fittest"),
+        ),
+        rows=rows,
+    )
+
+
+def checked_fitness(fitness: ArrayLike) -> NDArray[np.float64]:
+    """Return the fitness of every design as finite numbers, a fresh array; see `analyse`."""
+    values = np.asarray(fitness)
+    if values.dtype.kind not in "iuf":
+        raise TypeError(f"fitness must be real numbers, got {values.dtype}")
+    if values.shape != (N_DESIGNS,):
+        raise ValueError(
+            f"fitness must have shape ({N_DESIGNS},), entry i for design i; got {values.shape}"
+        )
+    values = np.where(np.isnan(values), 0.0, values.astype(np.float64))
+    if np.isinf(values).any():
+        raise ValueError(
+            f"fitness must be finite, but design {int(np.isinf(values).argmax())} has "
+            f"{values[np.isinf(values)][0]}; mark a design that diverged with NaN"
+        )
+    return values

@@ -2,68 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from softvox_gym.design import DEFAULT_SHAPE, N_SITES, indices_of
-from softvox_gym.landscapes.analysis.graph import all_digits, checked_fitness
+from softvox_gym.design import ABSENT, ACTIVE, Design
+from softvox_gym.landscapes.analysis.graph import N_SITES, all_digits, read_only
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import LATTICE, bodies
 
 #: Voxel widths. Differences of fitness between turned and mirrored robots are counted above these.
 SPREADS = (0.001, 0.01, 0.1, 1.0)
-
-
-@dataclass(frozen=True)
-class Symmetry:
-    """How alike the members of the symmetry classes travel.
-
-    Parameters
-    ----------
-    n_classes : int
-    sizes : dict of int to int
-        How many classes have that many members.
-    above : dict of float to int
-        How many classes have a spread (largest less smallest fitness) above that many voxel
-        widths.
-    largest_spread : float
-        Voxel widths.
-    largest_in : int
-        The design that stands for the class with that spread.
-    within : float or None
-        Share of the landscape's variance that lies within the classes: 0 were the model symmetric.
-        None where all fitness is equal.
-    """
-
-    n_classes: int
-    sizes: dict[int, int]
-    above: dict[float, int]
-    largest_spread: float
-    largest_in: int
-    within: float | None
-
-
-@dataclass(frozen=True)
-class Broken:
-    """How much one symmetry changes fitness: by nothing, were the model symmetric.
-
-    Parameters
-    ----------
-    symmetry : str
-    above : dict of float to int
-        How many designs travel differently by more than that many voxel widths.
-    largest : float
-        The largest difference, voxel widths.
-    largest_in : int
-        The smallest design for which it is that large.
-    """
-
-    symmetry: str
-    above: dict[float, int]
-    largest: float
-    largest_in: int
-
 
 #: The symmetries of a square in the order of `symmetries`; turns are seen from above.
 NAMES = (
@@ -77,8 +28,10 @@ NAMES = (
     "mirror that swaps x and -y",
 )
 
+_ABOVE = tuple(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS)
 
-@lru_cache(maxsize=4)
+
+@lru_cache(maxsize=2)
 def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
     """Return for every design the one that stands for its symmetry class.
 
@@ -105,9 +58,7 @@ def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
     Source: W. Burnside, Theory of Groups of Finite Order, 2nd ed., 1911, section 145.
     """
     images = [image(sites) for sites in symmetries(reflections=reflections)]
-    smallest: NDArray[np.int64] = np.min(images, axis=0)
-    smallest.flags.writeable = False
-    return smallest
+    return read_only(np.min(images, axis=0))
 
 
 def symmetries(*, reflections: bool = True) -> list[NDArray[np.int64]]:
@@ -118,32 +69,26 @@ def symmetries(*, reflections: bool = True) -> list[NDArray[np.int64]]:
     reflections : bool
         Whether to give the four mirrors after the four turns.
     """
-    sites = np.arange(N_SITES).reshape(DEFAULT_SHAPE, order="F")
+    sites = LATTICE.to_stack(np.arange(N_SITES))
     poses = [np.rot90(sites, k) for k in range(4)]
     if reflections:
         poses += [pose[::-1] for pose in poses]
-    return [pose.ravel(order="F") for pose in poses]
+    return [LATTICE.to_rows(pose) for pose in poses]
 
 
 def image(sites: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of every design after a symmetry, one of `symmetries`, shape (6561,)."""
-    return indices_of(all_digits()[:, sites])
+    return LATTICE.numbers(all_digits()[:, sites])
 
 
 def members(representative: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Return the classes as arrays of design numbers, ordered by their smallest number.
-
-    Parameters
-    ----------
-    representative : ndarray of int64, shape (6561,)
-        As `symmetry_classes` returns it.
-    """
+    """Return the classes of `symmetry_classes` as arrays of design numbers, the smallest first."""
     order = np.argsort(representative, kind="stable")
     starts = np.flatnonzero(np.diff(representative[order])) + 1
     return list(np.split(order, starts))
 
 
-def symmetry(fitness: ArrayLike, *, reflections: bool = True) -> Symmetry:
+def symmetry(fitness: NDArray[np.float64]) -> Section:
     """Return how alike the members of each symmetry class travel.
 
     Gravity, floor and voxels look the same from every heading; the engine's beams do not quite,
@@ -151,51 +96,106 @@ def symmetry(fitness: ArrayLike, *, reflections: bool = True) -> Symmetry:
 
     Parameters
     ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
-    reflections : bool
-        Whether mirror images count as the same.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
+    fitness : ndarray, shape (6561,)
+        Finite.
     """
-    values = checked_fitness(fitness)
-    representative = symmetry_classes(reflections=reflections)
-    classes = members(representative)
-    spreads = np.array([np.ptp(values[group]) for group in classes])
-    sizes, counts = np.unique([len(group) for group in classes], return_counts=True)
-    widest = int(spreads.argmax())
-    within = sum(float(((values[group] - values[group].mean()) ** 2).sum()) for group in classes)
-    total = float(((values - values.mean()) ** 2).sum())
-    return Symmetry(
-        n_classes=len(classes),
-        sizes={int(size): int(count) for size, count in zip(sizes, counts, strict=True)},
-        above={limit: int((spreads > limit).sum()) for limit in SPREADS},
-        largest_spread=float(spreads[widest]),
-        largest_in=int(classes[widest][0]),
-        within=within / total if np.ptp(values) else None,
+    return Section(
+        title="Symmetry",
+        note="A class holds the designs that turns about the vertical (and mirrors in vertical "
+        "planes) make of one another. Were the model symmetric, all members would travel equally "
+        "far; the spread is their largest less their smallest fitness. The columns count the "
+        "classes with a larger spread, then give the largest spread, the class that has it (its "
+        "smallest design), and the share of all variance of fitness that lies within classes.",
+        columns=(
+            Column("symmetry", "same but for"),
+            Column("classes", "classes"),
+            *_ABOVE,
+            Column("largest_spread", "spread", ".4f"),
+            Column("largest_in", "in class"),
+            Column("within", "within", ".1%"),
+            Column("sizes"),
+        ),
+        rows=[
+            _alike("turns", fitness, members(symmetry_classes(reflections=False))),
+            _alike("turns and mirrors", fitness, members(symmetry_classes())),
+        ],
     )
 
 
-def broken(fitness: ArrayLike) -> tuple[Broken, ...]:
-    """Return how much each of the seven symmetries, turns first, changes fitness.
+def _alike(
+    name: str, fitness: NDArray[np.float64], classes: list[NDArray[np.int64]]
+) -> tuple[Any, ...]:
+    spreads = np.array([np.ptp(fitness[group]) for group in classes])
+    sizes, counts = np.unique([len(group) for group in classes], return_counts=True)
+    widest = int(spreads.argmax())
+    within = sum(float(((fitness[group] - fitness[group].mean()) ** 2).sum()) for group in classes)
+    total = float(((fitness - fitness.mean()) ** 2).sum())
+    return (
+        name,
+        len(classes),
+        *_counts(spreads),
+        float(spreads[widest]),
+        int(classes[widest][0]),
+        within / total if np.ptp(fitness) else None,
+        dict(zip(sizes.tolist(), counts.tolist(), strict=True)),
+    )
 
-    Parameters
-    ----------
-    fitness : array_like, shape (6561,)
-        NaN counts as 0.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `checked_fitness` does.
-    """
-    values = checked_fitness(fitness)
-    made = []
+def broken(fitness: NDArray[np.float64]) -> Section:
+    """Return how much each of the seven symmetries, turns first, changes fitness, shape (6561,)."""
+    rows = []
     for name, sites in list(zip(NAMES, symmetries(), strict=True))[1:]:
-        change = np.abs(values[image(sites)] - values)
-        above = {limit: int((change > limit).sum()) for limit in SPREADS}
-        made.append(Broken(name, above, float(change.max()), int(change.argmax())))
-    return tuple(made)
+        change = np.abs(fitness[image(sites)] - fitness)
+        rows.append((name, *_counts(change), float(change.max()), int(change.argmax())))
+    return Section(
+        title="Symmetries one by one",
+        note="How many designs the symmetry makes travel further or less far by more than so many "
+        "voxel widths, the largest difference, and a design that shows it.",
+        columns=(
+            Column("symmetry", "symmetry"),
+            *_ABOVE,
+            Column("largest", "largest", ".3g"),
+            Column("largest_in", "design"),
+        ),
+        rows=rows,
+        screen=0,
+    )
+
+
+def classes(fitness: NDArray[np.float64]) -> Section:
+    """Return the classes under turns and mirrors, the most unequal first; fitness as above."""
+    rows: list[tuple[Any, ...]] = []
+    for group in members(symmetry_classes()):
+        digits, own = all_digits()[group[0]], fitness[group]
+        rows.append(
+            (
+                int(group[0]),
+                Design(int(group[0])).digits,
+                len(group),
+                *map(float, (own.max(), own.mean(), own.min(), np.ptp(own))),
+                int(group[own.argmax()]),
+                int((digits != ABSENT).sum()),
+                int((digits == ACTIVE).sum()),
+                bool(bodies().is_connected[group[0]]),
+            )
+        )
+    rows.sort(key=lambda row: -row[6])
+    return Section(
+        title="Classes whose members travel most unequally",
+        note="Under turns and mirrors. The file classes.csv has all of them.",
+        columns=(
+            Column("class", "class"),
+            Column("digits", "digits"),
+            Column("size", "size"),
+            *(Column(key, key, ".4f") for key in ("best", "mean", "worst", "spread")),
+            *map(Column, ("fittest", "n_voxels", "n_active", "is_connected")),
+        ),
+        rows=rows,
+        file="classes.csv",
+        screen=0,
+        document=20,
+    )
+
+
+def _counts(values: NDArray[np.float64]) -> list[int]:
+    return [int((values > limit).sum()) for limit in SPREADS]

@@ -1,0 +1,98 @@
+"""Functions that search, such as SciPy's optimisers around the oracle."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Lattice
+from softvox_search.oracle import Oracle, checked
+from softvox_search.protocol import SearcherBase, SearcherError
+
+
+class BudgetEnd(BaseException):
+    """The budget is used up. It ends a function that searches, and ``except Exception`` lets it by.
+
+    A function that wants to recommend another design than the best it saw may catch it and return.
+    """
+
+
+class FunctionSearcher(SearcherBase):
+    """A function as a searcher: it calls ``evaluate`` until the budget ends it.
+
+    Parameters
+    ----------
+    function : callable (evaluate, space, rng, **options)
+        ``evaluate(designs)`` takes what `Searcher.ask` may return, or one design alone: a Design,
+        a str of digits, a number, or a row of as many digits as the lattice has sites. It returns
+        their values, float64 of shape (n,), to be maximised; (1,) for one design alone. When the
+        budget is used up it raises `BudgetEnd`. The function may return the design that it
+        recommends; where it doesn't, that is the best value told.
+    space : Lattice
+    rng : numpy.random.Generator
+        The run's own; the function must draw from no other.
+    **options
+        Of the function.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], space: Lattice, rng: np.random.Generator, **options: Any
+    ) -> None:
+        super().__init__(space, rng)
+        self.function = function
+        self._options = options
+
+    def search(self, oracle: Oracle) -> Any:
+        """Call the function, and return what it recommends; None where it doesn't say.
+
+        Raises
+        ------
+        Exception
+            Whatever the function raises.
+        SearcherError
+            Where it evaluates what are no designs.
+        """
+
+        def evaluate(designs: Any) -> NDArray[np.float64]:
+            rows = checked(self._batch(designs), self.space)
+            if oracle.is_exhausted:
+                raise BudgetEnd
+            answer = oracle.evaluate(rows)
+            self.tell(*answer)
+            if len(answer.designs) < len(rows):
+                raise BudgetEnd
+            return answer.values
+
+        try:
+            return self.function(evaluate, self.space, self.rng, **self._options)
+        except BudgetEnd:
+            return None
+
+    def ask(self, n: int | None = None) -> Any:
+        """Refuse: a function is not asked, it asks."""
+        raise SearcherError("is a function, which can't be asked in turn; give a class with ask")
+
+    def _batch(self, designs: Any) -> Any:
+        """Return a batch; of one where it is one row of digits."""
+        try:
+            row = np.asarray(designs)
+        except ValueError:  # ragged
+            return designs
+        is_row = row.shape == (self.space.sites,) and row.dtype.kind in "iu"
+        return row[np.newaxis] if is_row and ((row >= 0) & (row <= 2)).all() else designs
+
+
+def is_function(what: Any) -> bool:
+    """Return whether something is a function that searches, not a class or what makes searchers."""
+    if inspect.isclass(what):
+        return False
+    try:
+        parameters = inspect.signature(what).parameters.values()
+    except (TypeError, ValueError):
+        return False
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return sum(one.kind in kinds and one.default is one.empty for one in parameters) == 3

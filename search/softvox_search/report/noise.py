@@ -1,0 +1,124 @@
+"""What the searchers recommend under noise: what it is worth, and what they believe it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from softvox_search.report.curves import AXES, PROBLEM, groups
+from softvox_search.report.statistics import band, compare, holm, iqm, mean
+from softvox_search.report.truth import Truth, truth_at
+
+#: The policy that others are held against, where the experiment has it; else its first.
+NAIVE = "naive"
+
+MEASURES = ("true_regret", "optimism")
+
+
+def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame:
+    """Return the recommendation of every run held against the truth of its problem.
+
+    One row per run: physics, shape, level, policy, searcher, run, recommended; believed, what the
+    searcher believes the design to be worth; true_value, its mean fitness at that level;
+    true_regret, how far that is below the largest true value of all designs; optimism, believed
+    less true_value. All in voxel widths; empty where the truth was not measured.
+
+    The runs are those of `curves.finished`.
+    """
+    parts = []
+    for key, group in groups(runs, *PROBLEM):
+        truth = truth_of(dict(zip(PROBLEM, key, strict=True)), problems).value
+        value, optimum = np.full(len(group), np.nan), np.nan
+        if truth is not None:
+            value = truth[group["recommended"].to_numpy(np.int64)]
+            optimum = np.nanmax(truth)
+        parts.append(
+            group[[*AXES, "run", "recommended", "believed"]].assign(
+                true_value=value,
+                true_regret=optimum - value,
+                optimism=group["believed"] - value,
+            )
+        )
+    return pd.concat(parts, ignore_index=True)
+
+
+def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> Truth:
+    """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
+    values = next(known.values for known in problems if known.physics == problem["physics"])
+    return truth_at(problem["level"], values, [int(side) for side in problem["shape"].split("x")])
+
+
+def reference_policy(policies: Iterable[str]) -> str:
+    """Return the policy that others are held against: the naive one, or the first."""
+    known = list(policies)
+    return NAIVE if NAIVE in known else known[0]
+
+
+def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return true regret and optimism for every problem, policy and searcher.
+
+    One row each: runs; known, those whose recommended design has a true value (the others are left
+    out of what follows); then for each measure the interquartile mean over runs (true regret) or
+    the mean (optimism: a bias) with low and high, its bootstrap band; and the mean true regret, to
+    which the few bad runs contribute. In voxel widths.
+    """
+    return pd.DataFrame(
+        {**dict(zip(AXES, key, strict=True)), **_summary(group)}
+        for key, group in groups(frame, *AXES)
+    )
+
+
+def by_policy(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return true regret and optimism for every problem and policy, over all searchers.
+
+    As `by_searcher`, with the searchers as strata of the bootstrap; and each policy compared with
+    the naive one on its problem: p (Mann and Whitney, two-sided), p_holm, adjusted for all policies
+    of that problem, and a12, the chance that a run under this policy has the larger true regret (or
+    optimism) than one under the naive policy: below 0.5 the policy helps.
+    """
+    naive = reference_policy(frame["policy"])
+    parts = []
+    for key, here in groups(frame, *PROBLEM):
+        against = here[here["policy"] == naive]
+        rows = [
+            {
+                **dict(zip(PROBLEM, key, strict=True)),
+                "policy": policy,
+                **_summary(group),
+                **_against(group, against[:0] if policy == naive else against),
+            }
+            for (policy,), group in groups(here, "policy")
+        ]
+        table = pd.DataFrame(rows)
+        for measure in MEASURES:
+            p = table[f"{measure}_p"].dropna()
+            table[f"{measure}_p_holm"] = pd.Series(holm(p), index=p.index)
+        parts.append(table)
+    return pd.concat(parts, ignore_index=True)
+
+
+def _summary(group: pd.DataFrame) -> dict[str, Any]:
+    known = group[group["true_value"].notna()]
+    row: dict[str, Any] = {"runs": len(group), "known": len(known)}
+    for measure, statistic in zip(MEASURES, (iqm, mean), strict=True):
+        found: Any = np.full(3, np.nan)
+        if len(known):
+            values, strata = known[measure].to_numpy(), known["searcher"].to_numpy(str)
+            found = statistic(values), *band(values, statistic=statistic, strata=strata)
+        for end, value in zip(("", "_low", "_high"), found, strict=True):
+            row[f"{measure}{end}"] = float(value)
+    row["true_regret_mean"] = float(group["true_regret"].mean())
+    return row
+
+
+def _against(group: pd.DataFrame, naive: pd.DataFrame) -> dict[str, float]:
+    row: dict[str, float] = {}
+    for measure in MEASURES:
+        ours, theirs = group[measure].dropna(), naive[measure].dropna()
+        found = compare(ours, theirs) if len(ours) and len(theirs) else None
+        row[f"{measure}_p"] = found.p if found else np.nan
+        row[f"{measure}_a12"] = found.a12 if found else np.nan
+    return row

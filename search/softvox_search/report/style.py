@@ -1,0 +1,207 @@
+"""The one style of all figures, and the only door to matplotlib: the same bytes everywhere.
+
+Nothing of the caller's matplotlib is touched, and none of its interactive backends is ever needed.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+
+def _import_matplotlib() -> None:
+    """Import matplotlib, even where MPLBACKEND names a backend that is not installed.
+
+    Every Jupyter kernel sets the variable, and passes it on to what it starts. Matplotlib refuses
+    to be imported then unless the kernel's own package is installed beside it.
+    """
+    wanted = None if "matplotlib" in sys.modules else os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib
+    finally:
+        if wanted is not None:
+            os.environ["MPLBACKEND"] = wanted
+    if wanted:
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = wanted  # as the import would have done
+
+
+_import_matplotlib()
+
+import matplotlib  # noqa: E402, it needs the lines above
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Look:
+    """How large figures and what is in them are.
+
+    Parameters
+    ----------
+    dpi : int
+        Pixels per inch.
+    font : float
+        Points of numbers and labels; titles, lines and markers keep their proportion to it.
+    widest : float
+        Inches; a figure that would be wider shrinks to this, and its text does not.
+    panel : (float, float)
+        Inches of a panel of a grid, with its share of what is around it.
+    columns : tuple of int
+        Numbers of columns of a grid of five panels or more, the best first: that one is taken which
+        leaves the fewest places empty.
+    """
+
+    dpi: int = 120
+    font: float = 9.0
+    widest: float = 13.0
+    panel: tuple[float, float] = (2.6, 2.1)
+    columns: tuple[int, ...] = (4, 5, 3)
+
+
+#: For the page of a report, on a screen; and for print, as wide as the text of a paper.
+SCREEN = Look()
+PRINT = Look(dpi=300, font=7.0, widest=7.16, panel=(7.16 / 3, 1.25), columns=(4, 3))
+
+_look: ContextVar[Look] = ContextVar("look", default=SCREEN)
+
+#: Okabe and Ito's colours, which the colour-blind can tell apart, in an order that alternates
+#: dark and light.
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#F0E442")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+LINES = ("-", "--", ":", "-.")
+
+INK, GREY = "#222222", "#C4C4C4"
+
+#: Formats that a figure can be written in, without a date and a version of what wrote it.
+FORMATS: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+_STYLE: dict[Any, Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.grid": True,
+    "grid.color": "#E6E6E6",
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "text.parse_math": False,  # a label is text, whatever dollars are in it
+    "pdf.fonttype": 42,  # text stays text: it can be searched, copied and edited
+}
+
+#: Points at a font of 9.
+_SIZES = {
+    "font.size": 9,
+    "figure.labelsize": 9,
+    "axes.titlesize": 9.5,
+    "legend.title_fontsize": 12,
+    "axes.linewidth": 0.8,
+    "grid.linewidth": 0.6,
+}
+
+
+@contextmanager
+def style(look: Look = SCREEN, changes: dict[Any, Any] | None = None) -> Iterator[None]:
+    """Draw in the project's style, whatever the user's settings are; they are put back.
+
+    Parameters
+    ----------
+    look : Look
+    changes : dict, optional
+        What differs from the style, by the names of matplotlib's parameters.
+    """
+    with matplotlib.rc_context():
+        before = _look.set(look)
+        sizes: dict[Any, Any] = {name: scaled(size) for name, size in _SIZES.items()}
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update({**_STYLE, **sizes, "figure.dpi": look.dpi, **(changes or {})})
+        try:
+            yield
+        finally:
+            _look.reset(before)
+
+
+def scaled(size: float) -> float:
+    """Return a size, points or inches, that is meant for text of 9 points, for the look's."""
+    return size * (_look.get().font / SCREEN.font)
+
+
+def figure(
+    width: float,
+    height: float,
+    *,
+    layout: Literal["constrained", "compressed", "tight"] | None = "constrained",
+) -> Figure:
+    """Return an empty figure, inches, no wider than the look allows."""
+    made = Figure(figsize=(min(width, _look.get().widest), height), layout=layout)
+    FigureCanvasAgg(made)
+    return made
+
+
+def grid(panels: int, *, height: float = 1.0) -> tuple[Figure, list[Axes]]:
+    """Return a figure of so many panels with shared axes, and the panels in reading order.
+
+    Parameters
+    ----------
+    panels : int
+    height : float
+        Of a panel, relative to the look's.
+    """
+    look = _look.get()
+    columns = panels if panels < 5 else min(look.columns, key=lambda wide: -panels % wide)
+    rows = -(-panels // columns)
+    width, high = look.panel
+    made = figure(width * max(columns, 2), height * high * rows + scaled(1.0))
+    axes = made.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    flat = list(axes.flat)
+    for empty in flat[panels:]:
+        empty.remove()
+    for i, axis in enumerate(flat[:panels]):
+        # A panel with nothing below it carries the ticks that the last row would have carried.
+        axis.tick_params(labelbottom=i + columns >= panels)
+    return made, flat[:panels]
+
+
+def line(label: str = "", **options: Any) -> Line2D:
+    """Return an entry of a legend: a line and what is written beside it."""
+    return Line2D([], [], label=label, **options)
+
+
+def legend(made: Figure, title: str, handles: list[Line2D]) -> None:
+    """Put the title and the legend above the panels, where they cover nothing."""
+    made.legend(
+        handles=handles,
+        title=title,
+        loc="outside upper center",
+        ncols=max(1, int(made.get_figwidth() // scaled(2.4))),
+    )
+
+
+def lay_out(made: Figure) -> None:
+    """Put the parts of a figure where they belong, once and for good.
+
+    Matplotlib does so for every file anew otherwise, in the file's own units.
+    """
+    if (engine := made.get_layout_engine()) is not None:
+        engine.execute(made)
+        made.set_layout_engine(None)
+
+
+def encoded(made: Figure, form: str = "png") -> bytes:
+    """Return a figure as the bytes of a file; form is one of `FORMATS`."""
+    lay_out(made)
+    buffer = io.BytesIO()
+    made.savefig(buffer, format=form, dpi="figure", metadata=FORMATS[form])
+    return buffer.getvalue()
