@@ -13,7 +13,6 @@ from softvox_gym import Design, Lattice
 from softvox_gym.evaluation import standard_error
 from softvox_gym.simulation import check_count
 from softvox_search.function import FunctionSearcher
-from softvox_search.options import check_flag
 from softvox_search.oracle import Budget, checked
 from softvox_search.protocol import Designs, Info, Searcher, best_of, keys_of, rows_of
 
@@ -54,7 +53,8 @@ class Policy:
 
     def __post_init__(self) -> None:
         for name in _SWITCHES:
-            check_flag(name, getattr(self, name))
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name} must be True or False, got {getattr(self, name)!r}")
         for name in ("finalists", "resamples"):
             check_count(name, getattr(self, name), least=1)
 

@@ -39,20 +39,17 @@ SEARCHERS: Mapping[str, Entry] = {
     ),
     "exhaustive_shuffled": Entry(
         "random_search:RandomSearch",
-        "Asks for every design once, in random order: exhaustive search without the bias of an "
-        "order. The same as random.",
+        "Asks for every design once, in random order, as random does.",
         {"replacement": False},
     ),
     "random": Entry(
         "random_search:RandomSearch",
-        "Asks for designs drawn uniformly of those not drawn yet: random search without "
-        "replacement.",
+        "Random search without replacement: draws uniformly of the designs not drawn yet.",
         {"replacement": False},
     ),
     "random_with_replacement": Entry(
         "random_search:RandomSearch",
-        "Asks for designs drawn uniformly of all, known ones as well: random search with "
-        "replacement.",
+        "Random search with replacement: draws uniformly of all designs.",
         {"replacement": True},
     ),
     "hill_climber": Entry(
@@ -79,19 +76,12 @@ SEARCHERS: Mapping[str, Entry] = {
         "map_elites:MapElites",
         "Keeps the fittest design known for every (n_voxels, n_active, heading).",
     ),
-    "tpe": Entry(
-        "tpe:Tpe",
-        "Optuna's TPE sampler with its default settings, over a categorical variable per site.",
-    ),
+    "tpe": Entry("tpe:Tpe", "Optuna's TPE sampler, over a categorical variable per site."),
     "nevergrad": Entry(
         "nevergrad_search:Nevergrad",
         "One of Nevergrad's optimisers, over a choice of a digit per site.",
     ),
-    "catcma": Entry(
-        "catcma:CatCma",
-        "CatCMA with margin, over a categorical variable per site; restarted when it has "
-        "converged.",
-    ),
+    "catcma": Entry("catcma:CatCma", "CatCMA with margin, restarted when it has converged."),
 }
 
 #: Of `Searcher`.

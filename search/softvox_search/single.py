@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +13,8 @@ from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, Physics, landscap
 from softvox_gym import evaluate as evaluate_designs
 from softvox_gym.rendering import png
 from softvox_gym.wrappers.vector import JakobiNoise
-from softvox_search.log import COLUMNS, NO_SEED, Columns, identity
+from softvox_search.global_random import library
+from softvox_search.log import NO_SEED, Columns, identity
 from softvox_search.oracle import Budget, Oracle, Progress
 from softvox_search.policies import Policy, with_policy
 from softvox_search.protocol import SearcherError
@@ -228,32 +227,13 @@ def environment(n: int, space: Lattice, physics: Any, level: float | None) -> An
 
 
 def table(columns: Columns, suffix: str) -> bytes:
-    """Return a log as a file, ".csv" or ".parquet"; without noise the seeds are left empty.
-
-    Raises
-    ------
-    SearchError
-        Where a library is missing.
-    """
-    if suffix == ".csv":
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        seeds = ["" if seed == NO_SEED else seed for seed in columns["noise_seed"].tolist()]
-        lists = {name: columns[name].tolist() for name in COLUMNS} | {"noise_seed": seeds}
-        writer.writerows(zip(*lists.values(), strict=True))
-        return text.getvalue().encode()
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ModuleNotFoundError as error:
-        raise SearchError(f"--out in Parquet needs {error.name}: pip install pyarrow") from error
-    seeds = columns["noise_seed"]
-    arrays = {name: columns[name] for name in COLUMNS}
-    arrays["noise_seed"] = pa.array(seeds, mask=seeds == NO_SEED)
-    content = io.BytesIO()
-    pq.write_table(pa.table(arrays), content)
-    return content.getvalue()
+    """Return a log as a file, ".csv" or ".parquet"; without noise the seeds are left empty."""
+    frame = library("pandas").DataFrame(columns)
+    frame["noise_seed"] = frame["noise_seed"].astype("Int64").mask(frame["noise_seed"] == NO_SEED)
+    content: bytes = (
+        frame.to_csv(index=False).encode() if suffix == ".csv" else frame.to_parquet(index=False)
+    )
+    return content
 
 
 def picture(design: Design, physics: Any = "published") -> bytes:
