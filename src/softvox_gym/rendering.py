@@ -470,31 +470,3 @@ def _shrink(image: Array) -> Array:
     samples: list[Array] = [image[i::s, j::s] for i in range(s) for j in range(s)]
     mean: Array = sum(samples[1:], samples[0]) / (s * s)
     return mean
-
-
-def png(image: NDArray[np.uint8]) -> bytes:
-    """Return an image as PNG.
-
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-
-    Notes
-    -----
-    Source: W3C, "Portable Network Graphics (PNG) Specification", 2003: colour type 2, no filter.
-    """
-    height, width, _ = image.shape
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # the first byte: no filter
-    rows[:, 1:] = image.reshape(height, -1)
-
-    def chunk(kind: bytes, content: bytes) -> bytes:
-        checksum = zlib.crc32(kind + content)
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", checksum)
-
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n"
-        + chunk(b"IHDR", header)
-        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
-        + chunk(b"IEND", b"")
-    )
