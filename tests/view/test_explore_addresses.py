@@ -197,7 +197,7 @@ def test_infinite_travel_is_crossed_out(driver, served):
     assert errors(driver) == []
 
 
-def never_done(designs, physics, *, progress, **options):
+def never_done(physics, *, progress, **options):
     """Simulate for ever, until nobody wants it any more."""
     while True:
         progress(1, 6561)
@@ -208,7 +208,7 @@ def never_done(designs, physics, *, progress, **options):
 def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(
     driver, monkeypatch, kind
 ):
-    monkeypatch.setattr(landscapes, "simulate", never_done)
+    monkeypatch.setattr(landscapes, "compute", never_done)
     place = "message" if kind == "landscape" else "path-text"
     with serving() as running:
         opened(driver, running, "design=4295")
@@ -218,7 +218,7 @@ def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(
             pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
             one(driver, "#searcher").send_keys("ga")
             entered(driver, "#budget", "2000")
-        until(lambda: running.explorer.jobs.running)
+        until(lambda: running.explorer.running)
     until(lambda: "start softvox explore again" in shown(driver, place))
     assert until(lambda: shown(driver, "progress-row", "hidden"))
     assert until(lambda: shown(driver, "path-progress", "hidden"))

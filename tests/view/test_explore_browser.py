@@ -129,6 +129,24 @@ def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, served
     assert errors(driver) == []
 
 
+def test_what_changed_is_told_in_ranks(driver, served):
+    opened(driver, served)
+    told = driver.execute_async_script(
+        """const [before, now, done] = arguments;
+        import("/panels.js").then(({ changesOf }) => done(changesOf(before, now)));""",
+        [3.0, 2.0, 1.0, 2.0],
+        [None, 2.0, 4.0, 2.0],
+    )
+    assert (told["best"], told["former"]) == (2, 0)
+    assert told["lines"] == [
+        "4 of the top 100 stayed",
+        "★ 2 is the best now: 4.00, was rank 4",
+        "☆ 0 was the best: it diverged",
+        "mean change +1.000 voxel widths",
+        "1 designs diverged (×)",  # noqa: RUF001
+    ]
+
+
 def test_a_slider_moved_fast_ends_where_it_was_left(driver, served):
     from selenium.webdriver import Keys
 
@@ -138,7 +156,7 @@ def test_a_slider_moved_fast_ends_where_it_was_left(driver, served):
     assert shown(driver, "value-friction_static", "value") == "0.7"
     until(lambda: applied(driver) == {"friction_static": "0.7"})
     assert driver.current_url.endswith("#friction_static=0.7")
-    until(lambda: served.explorer.jobs.running == 0)
+    until(lambda: served.explorer.running == 0)
     one(driver, "#reset").click()
     until(lambda: applied(driver) == {})
     assert shown(driver, "value-friction_static", "value") == "1"

@@ -2,11 +2,12 @@ import subprocess
 import sys
 
 import pytest
+from cli_process import softvox
 
 from softvox_gym.cli.parser import Parser
 from softvox_gym.cli.terminal import BadInputError
 from softvox_view.cli import figures as command
-from softvox_view.figures import FIGURES, Made, style
+from softvox_view.figures import FIGURES, Drawing, style
 
 
 def softvox_figures(*arguments):
@@ -29,7 +30,7 @@ def test_one_command_draws_what_is_named_in_every_format(tmp_path, capsys):
 
 
 def test_all_figures_are_drawn_where_none_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(command, "make", lambda name, _: Made({}, tables={name: b"drawn"}))
+    monkeypatch.setattr(command, "make", lambda name, _: Drawing({}, tables={name: b"drawn"}))
     assert softvox_figures("--out", tmp_path / "out") == 0
     drawn = {path.name for path in (tmp_path / "out").iterdir()}
     assert drawn == {name for name in FIGURES if name != "search"}
@@ -55,7 +56,7 @@ def test_real_tracks_are_compared_on_the_terminal_and_in_a_table(tmp_path, capsy
 def test_no_page_of_an_earlier_figure_is_left_beside_a_new_one(tmp_path, monkeypatch):
     for name in ("tracks_2.png", "tracks_3.pdf", "tracks_simulated.csv", "mine_2.png"):
         (tmp_path / name).write_text("earlier")
-    made = Made({}, tables={"tracks.png": b"drawn", "tracks_2.png": b"drawn"})
+    made = Drawing({}, tables={"tracks.png": b"drawn", "tracks_2.png": b"drawn"})
     monkeypatch.setattr(command, "make", lambda name, _: made)
     assert softvox_figures("tracks", "--out", tmp_path, "--force") == 0
     left = {path.name: path.read_text() for path in tmp_path.iterdir()}
@@ -81,13 +82,11 @@ def test_earlier_figures_stay_unless_forced(tmp_path):
     ("arguments", "message"),
     [
         (["heatmaps"], "no figure 'heatmaps'; there are gallery, tessellation, .*, search"),
-        (["--format", "svg"], "no format 'svg'; there are png, pdf$"),
-        (["--format", "png", "heatmap"], "no format 'heatmap'.*the figures go before --format"),
         (["search"], "give --results DIR"),
         (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
         (["heatmap", "--results", "results"], "--results is for the figure search; name that"),
-        (["--tracks", "nothing.csv"], r"--tracks nothing\.csv does not exist; name"),
-        (["--results", "nothing"], "--results nothing is not a folder"),
+        (["--tracks", "nothing.csv"], r"--tracks nothing\.csv can't be read"),
+        (["--results", "nothing"], "--results nothing: results are not there; softvox compare"),
     ],
 )
 def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, arguments, message):
@@ -95,6 +94,12 @@ def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, ar
     with pytest.raises(BadInputError, match=message):
         softvox_figures(*arguments)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_format_is_refused_with_those_there_are(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        softvox_figures("--format", "svg")
+    assert "invalid choice: 'svg' (choose from" in capsys.readouterr().err
 
 
 def test_a_malformed_file_of_tracks_is_named_with_its_line(tmp_path):
@@ -106,7 +111,28 @@ def test_a_malformed_file_of_tracks_is_named_with_its_line(tmp_path):
 
 
 def test_the_formats_are_those_that_can_be_written():
-    assert command.FORMATS == style.FORMATS
+    assert tuple(style.FORMATS) == command.FORMATS
+
+
+def test_no_interactive_backend_is_needed_whatever_mplbackend_names(tmp_path):
+    """Jupyter's kernels set it for all that they start."""
+    backend = "module://matplotlib_inline.backend_inline"
+    arguments = ("figures", "heatmap", "--format", "png", "--out", str(tmp_path / "out"))
+    done = softvox(*arguments, MPLBACKEND=backend)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "heatmap.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
+    for name in [
+        name
+        for name in sys.modules
+        if name.startswith(("softvox_view.figures.", "softvox_search.report."))
+    ]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(BadInputError, match=r"^figures needs matplotlib: pip install matplotlib$"):
+        softvox_figures("heatmap", "--out", tmp_path / "out")
 
 
 def test_the_command_is_light_to_import():

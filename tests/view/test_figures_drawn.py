@@ -12,10 +12,10 @@ from softvox_gym import Design
 from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
-from softvox_view.figures.bodies import best_of_bodies
 from softvox_view.figures.classes import KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
 from softvox_view.figures.heading import colour_of, mean_displacement
+from softvox_view.figures.robots import best_of_bodies
 from softvox_view.figures.robustness import kept
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE
 from softvox_view.figures.volume import relative_volume
@@ -190,7 +190,7 @@ def test_simulated_tracks_are_a_file_of_tracks_that_has_no_error(tmp_path):
     made, _ = drawn("tracks")
     path = tmp_path / "again.csv"
     path.write_bytes(made.tables["tracks_simulated.csv"])
-    tracks = read_tracks(path, most_cycles=CYCLES)
+    tracks = read_tracks([path], most_cycles=CYCLES)
     assert [track.design for track in tracks] == [design.index for design in best_of_bodies()]
     again = make("tracks", Inputs(tracks=tracks))
     rows = again.tables["tracks_compared.csv"].decode().splitlines()
@@ -204,15 +204,10 @@ def test_a_robot_turned_aside_is_found_out(tmp_path):
     made, _ = drawn("tracks")
     path = tmp_path / "real.csv"
     path.write_bytes(made.tables["tracks_simulated.csv"])
-    track = read_tracks(path, most_cycles=CYCLES)[0]
+    track = read_tracks([path], most_cycles=CYCLES)[0]
     turned = RealTrack(track.design, "turned", track.cycle, track.position @ [[0, 1], [-1, 0]])
     row = compare(turned, track.position, PER_CYCLE)
     assert row.angle == pytest.approx(90)
     assert row.end_point_error == pytest.approx(np.sqrt(2) * row.distance_real)
     shown = make("tracks", Inputs(tracks=(turned,)))
     assert any("turned" in line and " 90.0 " in line for line in shown.lines)
-
-
-def test_an_unknown_figure_is_refused_with_the_names_there_are():
-    with pytest.raises(ValueError, match="no figure 'heatmaps'; there are gallery, tessellation"):
-        make("heatmaps")

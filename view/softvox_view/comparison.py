@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
@@ -9,8 +11,11 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_view.headings import LITTLE, angle_between, heading
 from softvox_view.tracks_csv import RealTrack
+
+#: Voxel widths, which are cm for the paper's voxel of 1 cm: what travels less has no heading to
+#: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
+LITTLE = 0.25
 
 
 @dataclass(frozen=True)
@@ -25,10 +30,10 @@ class Compared:
         Where the real track ends; displacements are taken there.
     heading_simulated, heading_real : float
         Degrees from +x towards +y, above -180 and up to 180; NaN for a robot that went less
-        than `headings.LITTLE`.
+        than `LITTLE`.
     angle : float
         Between the two displacements, degrees, 0 to 180; NaN where either is less than
-        `headings.LITTLE`.
+        `LITTLE`.
     distance_simulated, distance_real : float
         cm, of the displacements.
     end_point_error : float
@@ -72,7 +77,7 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
         cycles=end,
         heading_simulated=heading(here),
         heading_real=heading(there),
-        angle=angle_between(here, there),
+        angle=abs((heading(there) - heading(here) + 180) % 360 - 180),
         distance_simulated=float(np.hypot(*here)),
         distance_real=float(np.hypot(*there)),
         end_point_error=float(np.hypot(*apart[-1])),
@@ -106,19 +111,24 @@ def _root_mean_square(times: NDArray[np.float64], apart: NDArray[np.float64]) ->
     return float(np.sqrt(np.sum(squares * np.diff(times)) / (times[-1] - times[0])))
 
 
+def heading(displacement: NDArray[np.float64]) -> float:
+    """Return where a displacement points, degrees from +x towards +y; NaN below `LITTLE`."""
+    x, y = displacement
+    return math.degrees(math.atan2(y, x)) if math.hypot(x, y) >= LITTLE else math.nan
+
+
 def as_csv(rows: Iterable[Compared]) -> bytes:
     """Return the comparisons as CSV, numbers to six figures, nothing for NaN."""
-    lines = [",".join(field.name for field in fields(Compared))]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(field.name for field in fields(Compared))
     for row in rows:
-        lines.append(",".join(_cell(value) for value in asdict(row).values()))
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.6g}"
-    text = str(value)
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\r\n') else text
+        values = asdict(row).values()
+        writer.writerow(
+            ("" if math.isnan(value) else f"{value:.6g}") if isinstance(value, float) else value
+            for value in values
+        )
+    return text.getvalue().encode()
 
 
 def as_lines(rows: Iterable[Compared]) -> list[str]:

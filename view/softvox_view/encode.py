@@ -1,23 +1,19 @@
-"""Films and pictures with captions: GIF and PNG by Pillow, MP4 by the ffmpeg of imageio-ffmpeg."""
+"""Films with captions: GIF by Pillow, MP4 by the ffmpeg of imageio-ffmpeg."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.engine import Progress
 from softvox_view.replay.still import columns
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
 Picture = NDArray[np.uint8]
-Progress = Callable[[int, int], None]
 
 CAPTION_SIZE = 0.05  # of a panel's height
 SMALLEST_CAPTION = 9  # pixels, below which it can't be read
@@ -59,15 +55,6 @@ def captioned(
     return np.asarray(image)
 
 
-def png(picture: Picture) -> bytes:
-    """Return a picture as the bytes of a PNG file."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(picture).save(file, format="PNG", optimize=True)
-    return file.getvalue()
-
-
 def gif_fps(fps: float) -> float:
     """Return the pictures per second nearest to a wish that a GIF can have.
 
@@ -93,10 +80,15 @@ def gif(
     progress : callable (done, total), optional
         Called after every picture.
     """
-    palette = _palette(
-        [draw(k) for k in sorted({i * (count - 1) // SAMPLES for i in range(SAMPLES + 1)})]
+    from PIL import Image
+
+    # One palette for all, or the colours flicker; no dithering, whose dots swell the file.
+    samples = [draw(k) for k in sorted({i * (count - 1) // SAMPLES for i in range(SAMPLES + 1)})]
+    palette = Image.fromarray(np.concatenate(samples)).quantize(COLOURS, kmeans=3)
+    pictures = (
+        Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in _drawn(draw, count, progress)
     )
-    pictures = (_in_colours(picture, palette) for picture in _drawn(draw, count, progress))
     file = io.BytesIO()
     next(pictures).save(
         file,
@@ -116,16 +108,7 @@ def mp4(
 ) -> bytes:
     """Return a film as the bytes of an MP4 (H.264, which every browser plays).
 
-    Parameters
-    ----------
-    draw : callable (k) -> ndarray of uint8, shape (height, width, 3)
-        Draws the k-th picture; width and height must be even.
-    count : int
-        How many there are.
-    fps : float
-        Pictures per second.
-    progress : callable (done, total), optional
-        Called after every picture.
+    Parameters are those of `gif`; width and height must be even, and fps is not rounded.
 
     Raises
     ------
@@ -163,18 +146,3 @@ def _drawn(
         yield draw(k)
         if progress is not None:
             progress(k + 1, count)
-
-
-def _palette(pictures: Iterable[Picture]) -> Image:
-    """Return an image with the colours that fit some pictures best; one for all, or it flickers."""
-    from PIL import Image
-
-    together: NDArray[Any] = np.concatenate(list(pictures))
-    return Image.fromarray(together).quantize(COLOURS, kmeans=3)
-
-
-def _in_colours(picture: Picture, palette: Image) -> Image:
-    from PIL import Image
-
-    # Without dithering, whose dots differ from picture to picture and swell the file.
-    return Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)

@@ -16,17 +16,18 @@ y_cm    was set down; a trial is moved so that it starts at 0, 0
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import N_DESIGNS, N_SITES, Design
-from softvox_view.csv_file import CsvError, records
+from softvox_gym.cli.simulate import design_of
+from softvox_gym.cli.terminal import BadInputError
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
@@ -34,6 +35,10 @@ COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 MOST_CM = 100.0
 
 Point = tuple[float, float, float]
+
+
+class CsvError(ValueError):
+    """A file that can't be used; the message names the file, the line and what to change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,33 +61,12 @@ class RealTrack:
     position: NDArray[np.float64]
 
 
-def read_files(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
-    """Read tracks of real robots from several files; see `read_tracks`.
-
-    Raises
-    ------
-    CsvError
-        Also where two files have a trial of one name of the same design.
-    """
-    found: dict[tuple[int, str], tuple[Path, RealTrack]] = {}
-    for path in paths:
-        for track in read_tracks(path, most_cycles=most_cycles):
-            design, trial = track.design, track.trial
-            if (design, trial) in found:
-                raise CsvError(
-                    f"{path}: design {design} has a trial {trial!r} in {found[design, trial][0]} "
-                    "as well; give one of them another name, or leave one of the files out"
-                )
-            found[design, trial] = path, track
-    return tuple(track for _, track in found.values())
-
-
-def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
-    """Read tracks of real robots.
+def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
+    """Read tracks of real robots from some files.
 
     Parameters
     ----------
-    path : Path
+    paths : sequence of Path
     most_cycles : float
         How many cycles there are to compare with; a track may not go on for longer.
 
@@ -94,61 +78,90 @@ def read_tracks(path: Path, *, most_cycles: float) -> tuple[RealTrack, ...]:
     Raises
     ------
     CsvError
-        Where the file can't be read, or is not as this module says.
+        Where a file can't be read or is not as this module says, or two have one trial.
     """
     points: dict[tuple[int, str], list[Point]] = {}
-    lines: dict[tuple[int, str], int] = {}
-    for line, record in records(path, COLUMNS):
-        where = f"{path}, line {line}"
-        design, point = _design(where, record["design"]), _point(where, record, most_cycles)
-        trial = (design, record["trial"].strip())
-        _check_order(where, points.get(trial, []), point)
-        points.setdefault(trial, []).append(point)
-        lines[trial] = line
-    if not points:
-        raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
-    for trial, made in points.items():
+    source: dict[tuple[int, str], Path] = {}
+    for path in paths:
+        for where, (design, name, *numbers) in _records(path):
+            trial = _design(where, design.strip()), name.strip()
+            cycle, x, y = (_number(where, *pair) for pair in zip(COLUMNS[2:], numbers, strict=True))
+            if source.setdefault(trial, path) != path:
+                raise CsvError(
+                    f"{where}: design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as "
+                    "well; give one of them another name, or leave one of the files out"
+                )
+            _check(where, points.setdefault(trial, []), (cycle, x, y), most_cycles)
+            points[trial].append((cycle, x, y))
+        if path not in source.values():
+            raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
+    for (number, name), made in points.items():
         if len(made) < 2:
             raise CsvError(
-                f"{path}, line {lines[trial]}: design {trial[0]} has one point in trial "
-                f"{trial[1]!r}, and a track needs two or more; add the others, or take it out"
+                f"{source[number, name]}: design {number} has one point in trial {name!r}, and a "
+                "track needs two or more; add the others, or take it out"
             )
-    return tuple(_track(design, trial, made) for (design, trial), made in points.items())
+    tracks = {trial: np.array(made) for trial, made in points.items()}
+    return tuple(
+        RealTrack(*trial, made[:, 0], made[:, 1:] - made[0, 1:]) for trial, made in tracks.items()
+    )
 
 
-def _track(design: int, trial: str, points: list[Point]) -> RealTrack:
-    values = np.array(points)
-    return RealTrack(design, trial, values[:, 0], values[:, 1:] - values[0, 1:])
+def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
+    """Yield where each record of a file begins, and its values in the order of `COLUMNS`."""
+    reader = csv.reader(io.StringIO(_text(path), newline=""), strict=True)
+    line = 1
+    try:
+        names = [name.strip() for name in next(reader, [])]
+        if any(names.count(name) != 1 for name in COLUMNS):
+            raise CsvError(
+                f"{path}, line 1: the first line must name each of the columns "
+                f"{','.join(COLUMNS)} once, separated by commas, got {','.join(names)[:60]!r}"
+            )
+        line = reader.line_num + 1
+        for cells in reader:
+            where = f"{path}, line {line}"
+            if any(cell.strip() for cell in cells):
+                if len(cells) != len(names):
+                    raise CsvError(
+                        f"{where}: {len(cells)} values, but the first line names {len(names)} "
+                        "columns; give one value for each, separated by commas"
+                    )
+                yield where, [cells[names.index(name)] for name in COLUMNS]
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise CsvError(
+            f"{path}, line {line}: {error}; correct what is quoted there, or save the file anew"
+        ) from None
+
+
+def _text(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+        text, fault = content.decode("utf-8-sig"), content.find(b"\0")
+    except OSError as error:
+        raise CsvError(
+            f"{path} can't be read ({error.strerror}); name a CSV file that can"
+        ) from None
+    except UnicodeDecodeError as error:
+        fault = error.start
+    if fault >= 0:
+        line = 1 + content[:fault].count(b"\n")
+        raise CsvError(f"{path}, line {line}: not text in UTF-8; save the file as CSV in UTF-8")
+    return text
 
 
 def _design(where: str, text: str) -> int:
-    text = text.strip()
-    if re.fullmatch(f"[012]{{{N_SITES}}}", text):
-        number = Design(text).index
-    elif re.fullmatch(r"[0-9]{1,7}", text) and int(text) < N_DESIGNS:
-        number = int(text)
-    else:
-        raise CsvError(
-            f"{where}: design {text[:40]!r} does not exist; give a number from 1 to "
-            f"{N_DESIGNS - 1} or {N_SITES} digits 0, 1, 2"
-        )
+    try:
+        number = design_of(text, (2, 2, 2)).index
+    except BadInputError as error:
+        raise CsvError(f"{where}: {str(error).partition(', which a')[0]}") from None
     if number == 0:
         raise CsvError(
             f"{where}: design {text!r} has no voxels, so no real robot is one; give the design "
             "that was built"
         )
     return number
-
-
-def _point(where: str, record: dict[str, str], most_cycles: float) -> Point:
-    cycle, x, y = (_number(where, name, record[name]) for name in COLUMNS[2:])
-    if not 0 <= cycle <= most_cycles:
-        raise CsvError(
-            f"{where}: cycle {_shown(cycle)} is not within 0 to {_shown(most_cycles)}, over which "
-            "the robots are simulated; count actuation cycles from the start, and leave out what "
-            "comes later"
-        )
-    return cycle, x, y
 
 
 def _number(where: str, name: str, text: str) -> float:
@@ -164,26 +177,27 @@ def _number(where: str, name: str, text: str) -> float:
     return value
 
 
-def _check_order(where: str, before: list[Point], point: Point) -> None:
+def _check(where: str, before: list[Point], point: Point, most_cycles: float) -> None:
     """Make sure that a point can follow others of its trial."""
     cycle, x, y = point
+    shown = repr(cycle).removesuffix(".0")
+    if not 0 <= cycle <= most_cycles:
+        raise CsvError(
+            f"{where}: cycle {shown} is not within 0 to {most_cycles:g}, over which the robots are "
+            "simulated; count actuation cycles from the start, and leave out what comes later"
+        )
     if not before and cycle != 0:
         raise CsvError(
-            f"{where}: a trial starts at cycle 0, got {_shown(cycle)}; count from its first line, "
-            "and give each run of a robot a trial of its own"
+            f"{where}: a trial starts at cycle 0, got {shown}; count from its first line, and give "
+            "each run of a robot a trial of its own"
         )
     if before and cycle <= before[-1][0]:
         raise CsvError(
-            f"{where}: cycle {_shown(cycle)} comes after {_shown(before[-1][0])}; sort the lines "
-            "of a trial, and give each run of a robot a trial of its own"
+            f"{where}: cycle {shown} comes after {before[-1][0]:g}; sort the lines of a trial, and "
+            "give each run of a robot a trial of its own"
         )
     if before and math.hypot(x - before[0][1], y - before[0][2]) > MOST_CM:
         raise CsvError(
-            f"{where}: ({_shown(x)}, {_shown(y)}) is more than {MOST_CM:g} cm from where the trial "
-            "starts, and no robot walks as far; give positions in cm"
+            f"{where}: ({x:g}, {y:g}) is more than {MOST_CM:g} cm from where the trial starts, and "
+            "no robot walks as far; give positions in cm"
         )
-
-
-def _shown(value: float) -> str:
-    """Return a number with as many digits as it takes to tell it from others."""
-    return repr(value).removesuffix(".0")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import os
+import re
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
@@ -16,13 +18,13 @@ from softvox_gym.cli.signals import Stopped
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.engine import default_threads
 from softvox_gym.files import OutputError, check_folder
+from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_search.cli.own_code import look_in, prints_aside
-from softvox_search.experiment.keys import EXAMPLE, KEYS
 
 if TYPE_CHECKING:
     from softvox_search.experiment.compare import Outcome, Plan
-    from softvox_search.experiment.config import Experiment
+    from softvox_search.experiment.schema import Experiment
 
 RESULTS = Path("results")
 
@@ -32,21 +34,61 @@ MOST_NAMED = 5
 DESCRIPTION = """\
 Run an experiment, a comparison of searchers, and write into a folder,
 results/NAME for NAME.toml unless --out says otherwise,
-  evaluations.parquet  every evaluation of every run
-  runs.csv             a summary of each run
-  improvements.csv     when each run came upon something better
-  report.md            the report, with the folders tables and figures
-  manifest.json        configuration, versions, commit, machine, times
-  failed.csv           runs that raised an error, if any
+  runs/          a file per run: every evaluation, with a digest of all bytes
+  runs.csv       a summary of each run
+  report.md      the report, with the folders tables and figures
+  manifest.json  the experiment, versions, commit, machine, times
+  failed.csv     runs that raised an error, if any
 
-Killed at any moment, the same command goes on where it was, and the results
-are the same bits; all but manifest.json are so on every repetition. A run
-that raises an error is named and left out, the others go on, and the exit
-status is 1; the same command tries it again.
+Only runs that are missing there are done: killed at any moment, the same
+command goes on where it was, and searchers, seeds or physics added to
+FILE.toml are added to the results. Before that up to five finished runs are
+done again, and must give the same bits. All but manifest.json is the same
+bytes on every repetition. A run that raises an error is named and left out,
+the others go on, and the exit status is 1; the same command tries it again.
 
 Searchers and wrappers of your own, package.module:Class, are looked for among
 what is installed, on PYTHONPATH, in the current folder and in that of
 FILE.toml. What they print goes to standard error.
+"""
+
+KEYS = """\
+  seeds          runs per searcher, problem and policy
+  entropy        a whole number; all random streams derive from it (0)
+  title          of the report (the name of the file)
+  [budget]       of each run: unique (different designs; under noise every
+                 evaluation counts), evaluations (all; 20 times unique), steps
+                 (simulated), cpu_seconds (of the searcher and the engine; such
+                 runs are not repeatable); the first that is used up ends it
+  physics        a preset's name, a table of parameters, with a label if you
+                 like, or a list of such ("published")
+  shape          of the lattice, or a list of such ([2, 2, 2])
+  table          whether the exact table answers where nothing disturbs the
+                 simulation, with the same bits (true)
+  levels         of JakobiNoise, which is put around the bare environment, or is
+                 where [[wrappers]] names it; left out, there is no such noise
+  [[wrappers]]   name (FitnessNoise, JakobiNoise, Resample, or your own as
+                 package.module:Class) and the wrapper's arguments; from the
+                 environment outward
+  [[policies]]   name, and switches against luck under noise: running_mean,
+                 reevaluate_parents, final_stage (false), finalists (10),
+                 resamples (8)
+  [[searchers]]  name (from softvox search --list, or your own as
+                 package.module:Class); label (the name); options = {}, where a
+                 list makes a searcher of each of its values; seeds and budget
+                 where they differ from the others'
+"""
+
+#: A small experiment.
+EXAMPLE = """\
+seeds = 10
+[budget]
+unique = 500
+[[searchers]]
+name = "random"
+[[searchers]]
+name = "ga"
+options = { population = [20, 50] }
 """
 
 KEPT = "what is done is kept; the same command goes on"
@@ -55,7 +97,11 @@ EPILOG = f"""\
 FILE.toml, with what holds where a key is left out in brackets:
 {KEYS}
 for example:
-{indent(EXAMPLE, "  ")}"""
+{indent(EXAMPLE, "  ")}
+On many machines at once, each a part of the runs, then put together:
+  softvox compare FILE.toml --part 3/16 --out parts/3
+  softvox merge parts/* --out results/all
+"""
 
 
 def add_parser(commands: Any) -> None:
@@ -78,34 +124,45 @@ def add_parser(commands: Any) -> None:
         "--workers", type=whole_number, metavar="N", help="processes (default: all cores)"
     )
     parser.add_argument(
+        "--part", type=part, metavar="K/N", help="only the K-th of N parts of the runs, no report"
+    )
+    parser.add_argument(
         "--force", action="store_true", help="throw earlier results in that folder away"
     )
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--no-report", action="store_true", help="write no report")
     only.add_argument(
-        "--report-only",
-        action="store_true",
-        help="make the report anew from results that are there",
+        "--report-only", action="store_true", help="make the report anew from what is there"
     )
+    only.add_argument("--check", action="store_true", help="only do up to five finished runs again")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
+
+
+def part(text: str) -> tuple[int, int]:
+    """Read a part of the runs, "3/16"."""
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
+        raise argparse.ArgumentTypeError(f"must be K/N with K from 1 to N, as 3/16, got {text!r}")
+    return int(found[1]), int(found[2])
 
 
 def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
     look_in(Path.cwd(), args.file.parent)
-    with _one_line():
-        from softvox_search.experiment.config import read
+    with needs("compare"):
+        from softvox_search.experiment.environments import check
+        from softvox_search.experiment.schema import read
 
         experiment = read(args.file)
-    folder: Path = args.out or RESULTS / experiment.name
-    if args.report_only:
-        return _report_only(experiment, folder, _command(args.file))
-    with _one_line(), prints_aside():
-        from softvox_search.experiment.checks import check
-
-        check(experiment, args.file)
-    _make(folder)
+        folder: Path = args.out or RESULTS / args.file.stem
+        if args.report_only:
+            return _report_only(folder)
+        with prints_aside():
+            check(experiment, str(args.file))
+    if not (args.no_report or args.check or args.part):
+        check_report()
+    make_folder(folder)
     return _compare(args, experiment, folder)
 
 
@@ -114,97 +171,85 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
 
     plan = Plan(
         command=_command(args.file),
-        arguments=args.arguments,
         workers=args.workers or default_threads(),
+        part=args.part,
         force=args.force,
+        check=args.check,
         report=not args.no_report,
     )
     try:
         with (
-            _one_line(),
-            _writing(folder),
+            writing(folder),
             prints_aside(),
             Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress,
         ):
-            outcome = compare(
-                experiment,
-                folder,
-                plan,
-                progress=progress,
-                say=lambda message: complain("warning", message),
-            )
+            outcome = compare(experiment, folder, plan, progress=progress, say=warn)
     except Stopped as stop:
         stop.add_note(KEPT)
         raise
-    print(summary(experiment, folder, plan, outcome))
-    for failure in outcome.failed[:MOST_NAMED]:
-        complain("failed", f"{_named(experiment, failure.run)}: {failure.error}")
+    print(summary(experiment.title, folder, plan, outcome))
+    for failed, failure in outcome.failed[:MOST_NAMED]:
+        complain("failed", f"run {failure.run[:16]} ({failed}): {failure.error}")
     return 1 if outcome.failed else 0
 
 
-def summary(experiment: Experiment, folder: Path, plan: Plan, outcome: Outcome) -> str:
+def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
     """Return what was done, in a few lines."""
-    lines = []
-    if outcome.was_complete:
-        lines.append(f"{experiment.name}: all {outcome.total} runs were done already, in {folder}")
+    again = f"{outcome.repeated} finished runs done again gave the same bits"
+    if outcome.unrepeatable:
+        again += f"; {outcome.unrepeatable} can't be repeated, as their budget is in CPU seconds"
+    if plan.check:
+        return f"{title}: {again}, in {folder}"
+    of_part = " of part {}/{}".format(*plan.part) if plan.part else ""
+    if outcome.before == outcome.total:
+        lines = [f"{title}: all {outcome.total} runs{of_part} were done already, in {folder}"]
     else:
-        done = outcome.total - len(outcome.failed)
+        done = outcome.total - outcome.missing
         before = f" ({outcome.before} of them before)" if outcome.before else ""
-        lines.append(
-            f"{experiment.name}: {done} of {outcome.total} runs done{before}, "
-            f"{outcome.evaluations} evaluations, {outcome.seconds:.1f} s"
-        )
+        lines = [
+            f"{title}: {done} of {outcome.total} runs{of_part} done{before}, "
+            f"{outcome.seconds:.1f} s"
+        ]
+    if outcome.repeated or outcome.unrepeatable:
+        lines.append(again)
     if outcome.failed:
         lines.append(
-            f"{len(outcome.failed)} failed, see {folder / 'failed.csv'}; the same command tries "
-            "them again"
+            f"{len(outcome.failed)} failed, see {folder / outcome.files[-2]}; the same command "
+            "tries them again"
         )
-    if plan.report and not experiment.is_published:
-        lines.append("no report: the optimum is known for the physics published only")
+    if plan.part:
+        lines.append("no report on a part; softvox merge puts parts together and makes it")
     shown = [name for name in outcome.files if "/" not in name]
-    if shown:
-        lines.append(f"wrote into {_shown(folder, experiment)}: {', '.join(shown)}")
-    return "\n".join(lines)
+    return "\n".join([*lines, *([f"wrote into {folder}: {', '.join(shown)}"] if shown else [])])
 
 
-def _shown(folder: Path, experiment: Experiment) -> str:
-    """Return a folder, and the default where it isn't that: the report's command goes there."""
-    default = RESULTS / experiment.name
-    return str(folder) if folder == default else f"{folder} (without --out it is {default})"
-
-
-def _report_only(experiment: Experiment, folder: Path, command: str) -> int:
-    with _one_line(), _writing(folder), prints_aside():
-        from softvox_search.experiment.compare import check_report
-        from softvox_search.experiment.results import write_report
-
-        check_report(experiment, folder)
-        written = write_report(folder, experiment, command)
-    shown = ", ".join(name for name in written if "/" not in name)
-    print(f"wrote into {_shown(folder, experiment)}: {shown}")
-    return 0
+def warn(message: str) -> None:
+    """Say a warning of one line."""
+    complain("warning", message)
 
 
 @contextmanager
-def _one_line() -> Iterator[None]:
-    """Turn the errors of an experiment into `BadInputError`."""
-    try:
-        from softvox_search.experiment.folder import FolderError
-        from softvox_search.experiment.journal import JournalError
-        from softvox_search.experiment.pool import PoolError
-        from softvox_search.experiment.toml_table import ConfigError
-    except ModuleNotFoundError as error:
-        raise BadInputError(
-            f"compare needs {error.name}: pip install 'softvox-gym[search]'"
-        ) from error
+def needs(command: str) -> Iterator[None]:
+    """Say in one line which package is missing."""
     try:
         yield
-    except (ConfigError, FolderError, JournalError, PoolError, OutputError) as error:
-        raise BadInputError(str(error)) from error
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing(command, error)) from error
+
+
+def check_report() -> None:
+    """Make sure before the runs that there can be a report on them."""
+    try:
+        from softvox_search.report import figures, page  # noqa: F401
+    except Exception as error:
+        raise BadInputError(
+            f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "
+            "--no-report"
+        ) from error
 
 
 @contextmanager
-def _writing(folder: Path) -> Iterator[None]:
+def writing(folder: Path) -> Iterator[None]:
     """Say of what can't be written where that is, and that nothing done is lost."""
     try:
         yield
@@ -215,7 +260,7 @@ def _writing(folder: Path) -> Iterator[None]:
         raise BadInputError(f"cannot write into {folder}: {why}; {KEPT}") from error
 
 
-def _make(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
     """Make the folder of results, and its parents, where they don't exist."""
     with bad_input("--out"):
         for parent in folder.parents:
@@ -226,18 +271,18 @@ def _make(folder: Path) -> None:
         folder.mkdir(exist_ok=True)
 
 
+def _report_only(folder: Path) -> int:
+    from softvox_search.experiment.compare import write_report
+
+    check_report()
+    with writing(folder), prints_aside():
+        written = write_report(folder)
+    print(f"wrote into {folder}: {', '.join(name for name in written if '/' not in name)}")
+    return 0
+
+
 def _command(file: Path) -> str:
     """Return what to type to make the results again, however the path was spelt."""
     path, here = file.resolve(), Path.cwd()
     shown = path.relative_to(here).as_posix() if path.is_relative_to(here) else path.name
     return f"softvox compare {shown}"
-
-
-def _named(experiment: Experiment, number: int) -> str:
-    run = experiment.runs()[number]
-    facts = [run.cell.searcher.label]
-    if run.cell.level is not None:
-        facts.append(f"level {run.cell.level:g}")
-    if run.cell.policy:
-        facts.append(f"policy {run.cell.policy.name}")
-    return f"run {number} ({', '.join(facts)}, seed {run.seed})"

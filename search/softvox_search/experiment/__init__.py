@@ -1,6 +1,6 @@
 """Experiments: many runs as a file describes them, in parallel, into one folder.
 
-An experiment is read from a TOML file (`config`), each of its runs is a pure function of it
-(`job`), processes do them (`pool`), a journal keeps what is done (`journal`), and at the end one
-folder holds it all (`folder`). `compare` puts these together.
+`schema` reads a TOML file into an experiment and lists its runs; `environments` makes what they are
+put to, `run` does one, `pool` does many in processes; `results` is the folder, written and read;
+`compare` does what is missing there, and merges parts.
 """

@@ -9,14 +9,14 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from softvox_search.experiment.config import Experiment
+from softvox_search.experiment.schema import Run, UsageError
 
 _SPAWN = multiprocessing.get_context("spawn")
 
@@ -29,16 +29,26 @@ _TERMINAL = [
     number for name in ("SIGINT", "SIGHUP") if (number := getattr(signal, name, None)) is not None
 ]
 
-
-class PoolError(Exception):
-    """The workers can't do any run; one line."""
+#: A run and its identity.
+Task = tuple[str, Run]
 
 
 @dataclass(frozen=True)
 class Done:
-    """A run that was done, and its record in bytes."""
+    """A run that was done.
 
-    run: int
+    Parameters
+    ----------
+    run : str
+        Its identity.
+    summary : dict
+        As `softvox_search.experiment.run.do` returns it.
+    content : bytes
+        Its file.
+    """
+
+    run: str
+    summary: dict[str, Any]
     content: bytes
 
 
@@ -48,44 +58,43 @@ class Failed:
 
     Parameters
     ----------
-    run : int
+    run : str
+        Its identity.
     error : str
         Its type and message.
     trace : str
         Where it was raised.
     """
 
-    run: int
+    run: str
     error: str
     trace: str
 
 
-def do_all(
-    experiment: Experiment, numbers: Sequence[int], *, workers: int
-) -> Generator[Done | Failed, None, None]:
+def do_all(tasks: Sequence[Task], *, workers: int) -> Generator[Done | Failed, None, None]:
     """Do runs in worker processes; yield each as it is finished, in any order.
 
     When the generator is closed the workers are ended.
 
     Parameters
     ----------
-    experiment : Experiment
-    numbers : sequence of int
-        Of the runs.
+    tasks : sequence of (str, Run)
+        Runs with their identities.
     workers : int
         Processes, at most.
 
     Raises
     ------
-    PoolError
+    UsageError
         Where a worker can't even start.
     """
-    left = list(reversed(numbers))
+    left = list(reversed(tasks))
     team: list[_Worker] = []
     try:
-        team += [_Worker(experiment) for _ in range(min(workers, len(left)))]
+        team += [_Worker() for _ in range(min(workers, len(left)))]
         while team:
-            for worker in _answering(team):
+            ready = wait([worker.connection for worker in team])
+            for worker in [worker for worker in team if worker.connection in ready]:
                 was_ready, outcome = worker.is_ready, worker.outcome()
                 if outcome is not None:
                     yield outcome
@@ -95,7 +104,7 @@ def do_all(
                 team.remove(worker)
                 worker.end()
                 if was_ready and not worker.is_ready and left:  # it died of its run
-                    team.append(_Worker(experiment))
+                    team.append(_Worker())
     finally:
         for worker in team:
             worker.end()
@@ -104,28 +113,28 @@ def do_all(
 class _Worker:
     """A process that does one run after another."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self) -> None:
         self.connection, other = _SPAWN.Pipe()
         self.is_ready = False
-        self._run: int | None = None
-        self._process = _SPAWN.Process(target=_work, args=(other, experiment), daemon=True)
+        self._run: str | None = None
+        self._process = _SPAWN.Process(target=_work, args=(other,), daemon=True)
         _start(self._process)
         other.close()
 
     def outcome(self) -> Done | Failed | None:
-        """Return what it has to say of its run; None where it says that it is ready."""
+        """Return what became of its run; None where it says that it is ready."""
         try:
-            said = self.connection.recv()
+            outcome: Done | Failed | None = self.connection.recv()
         except (EOFError, OSError):
             return self._died()
         self.is_ready = True
-        return None if said is None else said
+        return outcome
 
-    def give(self, run: int) -> None:
+    def give(self, task: Task) -> None:
         """Let it do a run."""
-        self._run = run
+        self._run = task[0]
         with contextlib.suppress(OSError):  # it has died, which `outcome` will find
-            self.connection.send(run)
+            self.connection.send(task)
 
     def end(self) -> None:
         """End it, also in the middle of a run."""
@@ -137,15 +146,9 @@ class _Worker:
         self._process.join()
         code = self._process.exitcode
         if self._run is None:
-            raise PoolError(f"a worker process ended with exit code {code} before any run")
+            raise UsageError(f"a worker process ended with exit code {code} before any run")
         self.is_ready = False
         return Failed(self._run, f"its process ended with exit code {code}", "")
-
-
-def _answering(team: list[_Worker]) -> Iterator[_Worker]:
-    by_connection: dict[Any, _Worker] = {worker.connection: worker for worker in team}
-    for connection in wait(list(by_connection)):
-        yield by_connection[connection]
 
 
 def _start(process: SpawnProcess) -> None:
@@ -165,26 +168,31 @@ def _start(process: SpawnProcess) -> None:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _work(connection: Connection, experiment: Experiment) -> None:
+def _work(connection: Connection) -> None:
     """Do the runs that the parent sends, until it has no more or is gone."""
     sys.stdout = sys.stderr  # what searchers print must not come among the command's results
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    from softvox_search.experiment.encoding import encode
-    from softvox_search.experiment.environment import Environments
-    from softvox_search.experiment.job import do
+    from softvox_search.experiment.environments import Environments
 
-    runs, environments = experiment.runs(), Environments(experiment)
+    environments = Environments()
     connection.send(None)
     with contextlib.suppress(EOFError):
         while True:
-            number = connection.recv()
-            outcome: Done | Failed
-            try:
-                outcome = Done(number, encode(do(experiment, runs[number], environments)))
-            except (Exception, SystemExit) as error:
-                message = f"{type(error).__name__}: {error}"
-                outcome = Failed(number, " ".join(message.split()), traceback.format_exc())
-            connection.send(outcome)
+            connection.send(done(connection.recv(), environments))
+
+
+def done(task: Task, environments: Any) -> Done | Failed:
+    """Do a run in this process."""
+    from softvox_search.experiment.results import encode
+    from softvox_search.experiment.run import do
+
+    identity, run = task
+    try:
+        summary, columns = do(run, environments)
+        return Done(identity, summary, encode(identity, summary, columns))
+    except (Exception, SystemExit) as error:
+        message = f"{type(error).__name__}: {error}"
+        return Failed(identity, " ".join(message.split()), traceback.format_exc())
 
 
 def _end_with_parent() -> None:

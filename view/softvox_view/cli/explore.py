@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import threading
 import webbrowser
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.parser import add_threads
 from softvox_gym.cli.signals import Stopped
-from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_view.cli.options import add_results
+from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.missing import missing
+from softvox_view.cli.options import add_results, read_results
 
 PORT = 8653
 
@@ -72,46 +72,30 @@ def _state(text: str) -> str:
     return state
 
 
-def _results(folders: Sequence[Path]) -> dict[str, Any]:
-    if not folders:
-        return {}
-    from softvox_view.explore import recorded
-
-    try:
-        with bad_input("--results"):
-            return dict(recorded.read_all(folders))
-    except ModuleNotFoundError as error:
-        raise BadInputError(
-            f"--results needs {error.name}: pip install 'softvox-gym[search]'"
-        ) from error
-
-
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
     try:
         from softvox_view.explore.app import Explorer
-        from softvox_view.explore.server import PortError, Server, bind
+        from softvox_view.explore.recorded import Recorded
+        from softvox_view.explore.server import Server
     except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn", "anyio", "h11"):
-            raise
-        raise BadInputError(
-            f"explore needs {error.name}: pip install 'softvox-gym[explore]'"
-        ) from error
+        raise BadInputError(missing("explore", error, ("starlette", "uvicorn"))) from error
+    results = {name: Recorded.of(made) for name, made in read_results(args.results).items()}
 
-    def tell(address: str) -> None:
-        address += f"#{args.state}" if args.state else ""
+    explorer = Explorer(threads=args.threads, results=results)
+    try:
+        server = Server(explorer, args.port)
+    except OSError as error:
+        raise BadInputError(
+            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose "
+            "another, or --port 0 for any that is free"
+        ) from error
+    address = server.address + (f"#{args.state}" if args.state else "")
+    try:
         print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
         if not args.no_browser:
             # Some browsers keep their caller waiting, and the server must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-    results = _results(args.results)
-    try:
-        sock = bind(args.port)
-    except PortError as error:
-        raise BadInputError(f"--port: {error}") from error
-    server = Server(sock, Explorer(threads=args.threads, results=results), when_ready=tell)
-    try:
         server.serve_until_stopped()
     except Stopped as stop:
         if stop.number != signal.SIGINT:

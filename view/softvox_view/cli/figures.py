@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
+from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
-from softvox_view.cli.options import add_results
+from softvox_view.cli.options import add_results, read_results
 from softvox_view.figures import FIGURES, Inputs, files_of, make
 
 if TYPE_CHECKING:
     from softvox_view.tracks_csv import RealTrack
+
+#: What the figure search needs.
+LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
 
 #: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
 FORMATS = ("png", "pdf")
@@ -57,7 +61,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--format",
         nargs="+",
-        default=list(FORMATS),
+        choices=FORMATS,
+        default=FORMATS,
         metavar="FORMAT",
         help=f"of {', '.join(FORMATS)} (default: all)",
     )
@@ -76,27 +81,44 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Check everything, draw, write all files at once, then tell."""
-    formats = _known("format", args.format, FORMATS)
+    """Check everything, draw, write all files at once, then say so."""
+    formats = list(dict.fromkeys(args.format))
     names = _names(args)
-    with _libraries():
-        inputs = _inputs(args)
-        with bad_input("--out"):
-            check_folder(args.out, _expected(names, formats), force=args.force)
-        files: dict[str, bytes] = {}
-        lines: list[str] = []
-        with Progress(sys.stderr, quiet=args.quiet, unit="figures") as progress:
-            for done, name in enumerate(names):
-                progress(done, len(names))
-                with bad_input():
-                    made = make(name, inputs)
-                files |= files_of(made, formats)
-                lines += made.lines
+    try:
+        for module in ("style", "search") if args.results else ("style",):
+            import_module(f"softvox_view.figures.{module}")
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
+    inputs = Inputs(tracks=_tracks(args.tracks), results=read_results(args.results))
+    with bad_input("--out"):
+        expected = [f"{name}.{form}" for name in names for form in formats]
+        check_folder(args.out, expected, force=args.force)
+    files: dict[str, bytes] = {}
+    lines: list[str] = []
+    with Progress(sys.stderr, quiet=args.quiet, unit="figures") as progress:
+        for done, name in enumerate(names):
+            progress(done, len(names))
+            with bad_input():
+                drawing = make(name, inputs)
+            files |= files_of(drawing, formats)
+            lines += drawing.lines
     with bad_input("--out"):
         write_folder(args.out, files, force=args.force)
         _drop_pages(args.out, names, formats, files)
     print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
     return 0
+
+
+def _tracks(paths: Sequence[Path]) -> tuple[RealTrack, ...]:
+    if not paths:
+        return ()
+    from softvox_view.figures import tracks
+    from softvox_view.tracks_csv import read_tracks
+
+    with bad_input("--tracks"):
+        real = read_tracks(paths, most_cycles=tracks.CYCLES)
+        tracks.designs_of(real)
+    return real
 
 
 def _drop_pages(
@@ -109,19 +131,12 @@ def _drop_pages(
                 page.unlink()
 
 
-def _known(what: str, given: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return what was asked for, each once."""
-    for name in given:
-        if name not in known:
-            hint = f"; the figures go before --{what}" if what == "format" else ""
-            hint = hint if name in FIGURES else ""
-            raise BadInputError(f"no {what} {name!r}; there are {', '.join(known)}{hint}")
-    return list(dict.fromkeys(given))
-
-
 def _names(args: Namespace) -> list[str]:
     """Return the figures to draw, and make sure that each is given what it is made of."""
-    names = _known("figure", args.names, list(FIGURES))
+    names = list(dict.fromkeys(args.names))
+    for name in names:
+        if name not in FIGURES:
+            raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
     if not names:
         names = [name for name in FIGURES if name != "search" or args.results]
     if "search" in names and not args.results:
@@ -136,37 +151,3 @@ def _names(args: Namespace) -> list[str]:
         if given and name not in names:
             raise BadInputError(f"{option} is for the figure {name}; name that as well")
     return names
-
-
-def _expected(names: Sequence[str], formats: Sequence[str]) -> list[str]:
-    """Return the files that are known before the figures are drawn."""
-    return [f"{name}.{form}" for name in names for form in formats]
-
-
-def _inputs(args: Namespace) -> Inputs:
-    from softvox_view.figures import tracks
-    from softvox_view.tracks_csv import read_files
-
-    real: tuple[RealTrack, ...] = ()
-    if args.tracks:
-        with bad_input("--tracks"):
-            real = read_files(args.tracks, most_cycles=tracks.CYCLES)
-            tracks.designs_of(real)
-    if args.results:
-        from softvox_view.results_folder import read_all
-
-        with bad_input("--results"):
-            read_all(args.results)
-    return Inputs(tracks=real, results=tuple(args.results))
-
-
-@contextmanager
-def _libraries() -> Iterator[None]:
-    """Say which extra has a library that is missing."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        extra = "plot" if (error.name or "").startswith("matplotlib") else "search"
-        raise BadInputError(
-            f"figures needs {error.name}: pip install 'softvox-gym[{extra}]'"
-        ) from error

@@ -1,9 +1,20 @@
-"""Options that several commands have."""
+"""Folders of results, an option of several commands."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.missing import missing
+
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
+
+#: What reads them.
+LIBRARIES = ("msgspec", "pandas", "pyarrow")
 
 
 def add_results(parser: ArgumentParser, what_for: str) -> None:
@@ -16,3 +27,32 @@ def add_results(parser: ArgumentParser, what_for: str) -> None:
         metavar="DIR",
         help=f"a folder of softvox compare, {what_for}; may be given several times",
     )
+
+
+def read_results(folders: Sequence[Path]) -> dict[str, Results]:
+    """Read folders of results, by what they are called.
+
+    Raises
+    ------
+    BadInputError
+        Where one is no folder of finished results, two are called alike, or a library is missing.
+    """
+    if not folders:
+        return {}
+    try:
+        from softvox_search.experiment.results import ResultsError, read
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing("--results", error, LIBRARIES)) from error
+    named: dict[str, Results] = {}
+    for folder in folders:
+        name = folder.resolve().name
+        if name in named:
+            raise BadInputError(
+                f"two folders of results are called {name}, and so would be what is made of them; "
+                "rename one, or take them one after the other"
+            )
+        try:
+            named[name] = read(folder)
+        except ResultsError as error:
+            raise BadInputError(f"--results {error}") from error
+    return named

@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of, whole_number
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.design import DEFAULT_SHAPE, Design
+from softvox_gym.design import Design
 from softvox_gym.files import check_file, write_file
+from softvox_gym.lattice import Lattice
+from softvox_gym.missing import missing
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.rendering import fitting_distance
+from softvox_gym.rendering import fitting_distance, png
 from softvox_gym.simulation import Result, simulate
 from softvox_view import replay
-from softvox_view.replay.data import bytes_per_frame, label, short_label
+from softvox_view.replay.data import bytes_per_frame, frames_of, label, short_label
 from softvox_view.replay.still import beside
 
 DESCRIPTION = """\
@@ -41,10 +43,8 @@ centre of mass travels in this run, in voxel widths.
 
 USAGE = "softvox replay DESIGN [DESIGN ...] [--out FILE] [--cycles N] [--fps N] [options]"
 
-PILLOW, FFMPEG = ("PIL", "Pillow"), ("imageio_ffmpeg", "imageio-ffmpeg")
-
-#: What the kinds of output need beyond softvox-gym: the name to import, the name to install.
-NEEDS = {".html": (), ".gif": (PILLOW,), ".mp4": (PILLOW, FFMPEG), ".png": (PILLOW,)}
+#: The modules that the kinds of output need beyond softvox-gym's own.
+NEEDS = {".html": (), ".gif": ("PIL",), ".mp4": ("PIL", "imageio_ffmpeg"), ".png": ("PIL",)}
 
 MOST_DESIGNS = 16
 MOST_CYCLES = 1e5  # a day of pumping; what is made of it is limited besides
@@ -72,7 +72,7 @@ def add_parser(commands: Any) -> None:
         "--shape",
         type=whole_number,
         nargs=3,
-        default=DEFAULT_SHAPE,
+        default=(2, 2, 2),
         metavar=("NX", "NY", "NZ"),
         help="the lattice (default: 2 2 2)",
     )
@@ -111,31 +111,34 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write."""
-    designs = _designs(args)
-    physics = _physics(args)
-    out = args.out or Path(f"replay-{_name(designs)}.html")
-    kind = _kind(out, args)
-    with bad_input("--out"):
-        check_file(out, force=args.force)
-    every = _page_every if kind == ".html" else _picture_every if kind == ".png" else _film_every
-    with bad_input():
-        result = simulate(
-            designs, physics, frames=every(args, physics, designs), threads=args.threads
-        )
-    content = {".html": _page, ".gif": _film, ".mp4": _film, ".png": _picture}[kind](args, result)
-    with bad_input("--out"):
-        write_file(out, content, force=args.force)
-    print(f"wrote {out}: {_size(len(content))}, {', '.join(_labels(result))}")
-    return 0
-
-
-def _designs(args: Namespace) -> list[Design]:
     if len(args.designs) > MOST_DESIGNS:
         raise BadInputError(
             f"{len(args.designs)} designs were given, and at most {MOST_DESIGNS} are shown side by "
             "side; give fewer"
         )
-    return [design_of(text, tuple(args.shape)) for text in args.designs]
+    designs = [design_of(text, tuple(args.shape)) for text in args.designs]
+    physics = _physics(args)
+    args.out = args.out or Path(f"replay-{_name(designs)}.html")
+    kind = args.out.suffix.lower()
+    _check(kind, args)
+    with bad_input("--out"):
+        check_file(args.out, force=args.force)
+    every, made = {
+        ".html": (_page_every, _page),
+        ".png": (_picture_every, _picture),
+        ".gif": (_film_every, _film),
+        ".mp4": (_film_every, _film),
+    }[kind]
+    with bad_input():
+        frames = every(args, physics, designs)
+        result = simulate(designs, physics, frames=frames, threads=args.threads)
+    content = made(args, result)
+    with bad_input("--out"):
+        write_file(args.out, content, force=args.force)
+    size = f"{len(content) / 1e6:.1f} MB" if len(content) >= 1e6 else f"{len(content) / 1e3:.0f} kB"
+    labels = ", ".join(label(result, i) for i in range(len(result)))
+    print(f"wrote {args.out}: {size}, {labels}")
+    return 0
 
 
 def _physics(args: Namespace) -> Physics:
@@ -157,17 +160,15 @@ def _physics(args: Namespace) -> Physics:
 
 def _name(designs: list[Design]) -> str:
     """Return what the designs are called in a file's name."""
-    names = [str(d.index) if d.shape == DEFAULT_SHAPE else d.digits for d in designs]
-    whole = "-".join(names)
-    return whole if len(whole) <= LONGEST_NAME else whole[:LONGEST_NAME].rstrip("-")
+    names = [str(d.index) if d.lattice == Lattice() else d.digits for d in designs]
+    return "-".join(names)[:LONGEST_NAME].rstrip("-")
 
 
-def _kind(out: Path, args: Namespace) -> str:
-    """Return what the output is, the rates being good and its libraries there."""
-    kind = out.suffix.lower()
+def _check(kind: str, args: Namespace) -> None:
+    """Make sure that the output is one that can be made, its rates good and its libraries there."""
     if kind not in NEEDS:
         raise BadInputError(
-            f"--out must end in {', '.join(NEEDS)}, which says what to make; got {str(out)!r}"
+            f"--out must end in {', '.join(NEEDS)}, which says what to make; got {str(args.out)!r}"
         )
     for option, value in (("--fps", args.fps), ("--speed", args.speed)):
         if value is not None and not 0.01 <= value <= 1000:
@@ -178,13 +179,10 @@ def _kind(out: Path, args: Namespace) -> str:
         raise BadInputError("--width is for films and .png; a page is as wide as its window")
     if args.width is not None and not WIDTHS[0] <= args.width <= WIDTHS[1]:
         raise BadInputError(f"--width must be from {WIDTHS[0]} to {WIDTHS[1]}, got {args.width}")
-    missing = [name for module, name in NEEDS[kind] if find_spec(module) is None]
-    if missing:
-        raise BadInputError(
-            f"a {kind} needs {' and '.join(missing)}: pip install 'softvox-gym[view]', or make "
-            "a .html"
-        )
-    return kind
+    absent = [module for module in NEEDS[kind] if find_spec(module) is None]
+    if absent:
+        error = ModuleNotFoundError(name=absent[0])
+        raise BadInputError(missing(f"a {kind}", error, absent) + ", or make a .html")
 
 
 def _page_every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
@@ -243,15 +241,11 @@ def _film_fps(args: Namespace) -> float:
 
 def _page(args: Namespace, result: Result) -> bytes:
     recording = replay.recording(result)
-    picture = replay.still(result)
-    return replay.page(recording, picture, speed=args.speed).encode()
+    return replay.page(recording, replay.still(result), speed=args.speed).encode()
 
 
 def _picture(args: Namespace, result: Result) -> bytes:
-    from softvox_view.encode import png
-
-    assert result.frames is not None
-    return png(_drawing(args, result)(len(result.frames.step) - 1))
+    return png(_drawing(args, result)(len(frames_of(result).step) - 1))
 
 
 def _film(args: Namespace, result: Result) -> bytes:
@@ -276,8 +270,7 @@ def _shown(args: Namespace, result: Result) -> list[int]:
     A picture need not last a whole number of time steps, so the frame nearest to it is taken, twice
     where the film is slower than the simulation.
     """
-    assert result.frames is not None
-    time, begin = result.frames.time[0], result.physics.settle_time
+    time, begin = frames_of(result).time[0], result.physics.settle_time
     seconds = args.speed / _film_fps(args)
     pictures = int((float(result.physics.duration) - begin) / seconds) + 1
     middles = (time[1:] + time[:-1]) / 2
@@ -300,11 +293,3 @@ def _drawing(args: Namespace, result: Result) -> Callable[[int], NDArray[np.uint
         return captioned(picture, captions, panel)
 
     return draw
-
-
-def _labels(result: Result) -> list[str]:
-    return [label(result, i) for i in range(len(result))]
-
-
-def _size(count: int) -> str:
-    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.0f} kB"

@@ -2,15 +2,16 @@
 
 Binding to loopback keeps other machines out, but not other web sites: a page anywhere can send
 requests to 127.0.0.1, and one whose name is made to point there (DNS rebinding) could read the
-answers. Such requests carry another Host or Origin.
+answers. Such requests carry another Host, an Origin, or say that they come from another site.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HOSTS = ("127.0.0.1", "localhost")
 
 HEADERS = {
     "content-security-policy": (
@@ -26,58 +27,32 @@ HEADERS = {
 
 
 class Guard:
-    """Refuses requests of other hosts and origins; adds headers that browsers heed.
+    """Middleware that refuses other hosts and origins, and adds headers that browsers heed."""
 
-    Parameters
-    ----------
-    app : ASGI application
-    hosts : iterable of str
-        The names, with port, under which the server may be asked.
-    """
-
-    def __init__(self, app: ASGIApp, hosts: Iterable[str]) -> None:
+    def __init__(self, app: ASGIApp) -> None:
         self._app = app
-        self._hosts = frozenset(hosts)
-        self._origins = frozenset(f"http://{host}" for host in self._hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or answer it with 403."""
-        if scope["type"] == "lifespan":
-            await self._app(scope, receive, send)
-            return
-        if scope["type"] != "http":  # there are no web sockets here
-            return
-        fault = self._fault(scope)
 
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = [(k.encode(), v.encode()) for k, v in HEADERS.items()]
-                message["headers"] = [*message.get("headers", []), *own]
+                MutableHeaders(scope=message).update(HEADERS)
             await send(message)
 
+        fault = _fault(scope["path"], Headers(scope=scope)) if scope["type"] == "http" else None
         answer = JSONResponse({"error": fault}, status_code=403) if fault else self._app
         await answer(scope, receive, with_headers)
 
-    def _fault(self, scope: Scope) -> str | None:
-        headers: dict[bytes, list[str]] = {}
-        for name, value in scope["headers"]:
-            headers.setdefault(name, []).append(value.decode("latin-1"))
-        hosts = headers.get(b"host", [])
-        if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return (
-                f"asked as {', '.join(hosts) or 'nobody'}, but this server answers only as "
-                f"{' or '.join(sorted(self._hosts))}; open it under that address"
-            )
-        if any(origin not in self._origins for origin in headers.get(b"origin", [])):
-            return "another site may not use this server; open its own page"
-        site = headers.get(b"sec-fetch-site", ["none"])[-1]
-        if site not in ("same-origin", "none") and not _is_visit(scope, headers):
-            return "another site may not use this server; open its own page"
-        return None
 
-
-def _is_visit(scope: Scope, headers: dict[bytes, list[str]]) -> bool:
-    """Return whether somebody followed a link to the page, as shared states are."""
-    mode = headers.get(b"sec-fetch-mode", [""])[-1]
-    target = headers.get(b"sec-fetch-dest", [""])[-1]
-    return scope["path"] == "/" and (mode, target) == ("navigate", "document")
+def _fault(path: str, headers: Headers) -> str | None:
+    host = headers.get("host", "")
+    if host.partition(":")[0] not in HOSTS:
+        return f"asked as {host!r}, but this server answers only as {' or '.join(HOSTS)}; use that"
+    # To follow a link to the page, as shared states are, is no attack.
+    kind = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest"))
+    is_visit = path == "/" and kind == ("navigate", "document")
+    is_own = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
+    if headers.get("origin", f"http://{host}") != f"http://{host}" or not (is_own or is_visit):
+        return "another site may not use this server; open its own page"
+    return None

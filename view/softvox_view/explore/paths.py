@@ -9,19 +9,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import tempfile
+import threading
+from contextlib import redirect_stdout
 from importlib.util import find_spec
 from typing import Any
 
-from softvox_view.explore.jobs import CancelledError, Job
-from softvox_view.explore.parameters import BadRequestError
+from softvox_gym.engine import Progress
+from softvox_gym.missing import missing
+from softvox_view.explore.landscapes import listed
+from softvox_view.explore.requests import BadRequestError
 
-#: Evaluations that a path may have: more would hide the map.
-MOST_BUDGET = 2000
-
-
-class PathError(Exception):
-    """A run that failed; the message is what it said."""
+#: s between lines that say how far a search is; as often it is seen whether it is still wanted.
+EVERY_SECONDS = 0.1
 
 
 def searchers() -> list[str]:
@@ -33,32 +32,16 @@ def searchers() -> list[str]:
     return list(SEARCHERS)
 
 
-def searcher(value: Any) -> str:
-    """Read the name of a searcher; only those of the registry, since one's own is code.
-
-    Raises
-    ------
-    BadRequestError
-        For any other.
-    """
-    known = searchers()
-    if isinstance(value, str) and value in known:
-        return value
-    raise BadRequestError(
-        f"there is no searcher {str(value)[:60]!r}; the searchers are {', '.join(known)}",
-        "searcher",
-    )
-
-
-def follow(job: Job, name: str, *, seed: int, budget: int) -> dict[str, Any]:
+def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str, Any]:
     """Let a searcher search, and return its path ready for JSON.
 
     Parameters
     ----------
-    job : Job
-        Told how far it is; when it is cancelled, the run ends.
     name : str
+        One of `searchers`: one's own would be code.
     seed, budget : int
+    progress : callable (done, total)
+        Called several times a second; an error that it raises ends the search.
 
     Returns
     -------
@@ -68,40 +51,74 @@ def follow(job: Job, name: str, *, seed: int, budget: int) -> dict[str, Any]:
 
     Raises
     ------
-    PathError
-        Where the run fails, as for a library that is not installed.
-    CancelledError
-        Where the job was cancelled.
+    BadRequestError
+        For an unknown searcher, or where the run fails, as for a library that is not installed.
     """
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "softvox_view.explore.path_run",
-        name,
-        str(seed),
-        str(budget),
-    ]
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=said, text=True
+    if name not in searchers():
+        raise BadRequestError(
+            f"there is no searcher {name[:60]!r}; the searchers are {', '.join(searchers())}",
+            "searcher",
         )
-        job.when_cancelled(process.kill)
-        made: dict[str, Any] | None = None
+    path: dict[str, Any] = {"error": f"{name} ended without a word"}
+    command = [sys.executable, "-P", "-m", __name__, name, str(seed), str(budget)]
+    with subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as process:
         assert process.stdout is not None
-        with process, process.stdout:
+        try:
             for line in process.stdout:
-                event = json.loads(line)
-                if "total" in event:
-                    job.report(event["done"], event["total"])
-                else:
-                    made = event
-        if job.is_cancelled:
-            raise CancelledError
-        if made is None:
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines()
-            raise PathError(words[-1] if words else f"{name} ended with no word")
-    if "error" in made:
-        raise PathError(made["error"])
-    return made
+                path = json.loads(line)
+                if "done" in path:
+                    progress(path["done"], path["total"])
+        finally:
+            process.kill()
+    if "designs" not in path:
+        raise BadRequestError(path.get("error", f"{name} ended before its result"))
+    return path
+
+
+def main(name: str, seed: int, budget: int) -> None:
+    """Search, and print lines of JSON: how far it is (done, total), then the path or an error."""
+    out, far, ended = sys.stdout, [0, budget], threading.Event()
+
+    def say(what: dict[str, Any]) -> None:
+        print(json.dumps(what), flush=True, file=out)
+
+    def tell() -> None:
+        while not ended.wait(EVERY_SECONDS):
+            say({"done": far[0], "total": far[1]})
+
+    def progress(*now: int) -> None:
+        far[:] = now
+
+    teller = threading.Thread(target=tell)
+    teller.start()
+    with redirect_stdout(sys.stderr):  # what libraries print is not for the reader of the lines
+        try:
+            path = _path(name, seed, budget, progress)
+        except Exception as error:  # whatever a library says, the page is to show
+            path = {"error": str(error).replace("--searcher", "searcher") or type(error).__name__}
+            for cause in (error, error.__cause__):
+                if isinstance(cause, ImportError):
+                    path = {"error": missing(f"searcher {name}", cause)}
+    ended.set()
+    teller.join()
+    say(path)
+
+
+def _path(name: str, seed: int, budget: int, progress: Progress) -> dict[str, Any]:
+    from softvox_search import single
+    from softvox_search.oracle import Budget
+
+    found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
+    assert found.truth is not None  # on this lattice it is known
+    return {
+        "designs": found.columns["design"].tolist(),
+        "fitness": listed(found.columns["fitness"]),
+        "recommended": found.design.index,
+        "rank": found.truth.rank,
+    }
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

@@ -5,16 +5,16 @@ Light to import; matplotlib loads with `make`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from softvox_search.experiment.results import Results
     from softvox_view.tracks_csv import RealTrack
 
 #: Every figure and what it shows; each is a module here with a function `draw`.
@@ -39,17 +39,17 @@ class Inputs:
     ----------
     tracks : tuple of RealTrack
         Of real robots, for the figure tracks.
-    results : tuple of Path
-        Folders of results of `softvox compare`, for the figure search.
+    results : dict of str to Results
+        Of `softvox compare`, by name, for the figure search.
     """
 
     tracks: tuple[RealTrack, ...] = ()
-    results: tuple[Path, ...] = ()
+    results: Mapping[str, Results] = field(default_factory=dict)
 
 
 @dataclass
-class Made:
-    """What a figure came to.
+class Drawing:
+    """What was drawn as a figure.
 
     Parameters
     ----------
@@ -58,18 +58,18 @@ class Made:
     tables : dict of str to bytes
         Tables that belong to it, by file name.
     lines : list of str
-        What to tell on the terminal.
-    look : callable, optional
-        A context manager to write the figures within, where they have a style of their own.
+        For the terminal.
+    style : callable, optional
+        A context manager to write the figures within, where that is not the figures' own.
     """
 
     figures: dict[str, Figure]
     tables: dict[str, bytes] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
-    look: Callable[[], AbstractContextManager[None]] | None = None
+    style: Callable[[], AbstractContextManager[None]] | None = None
 
 
-def make(name: str, inputs: Inputs | None = None) -> Made:
+def make(name: str, inputs: Inputs | None = None) -> Drawing:
     """Draw a figure in the house's style.
 
     Parameters
@@ -81,31 +81,29 @@ def make(name: str, inputs: Inputs | None = None) -> Made:
     Raises
     ------
     ValueError
-        For a name that no figure has, or inputs that the figure can't be made of.
+        For inputs that the figure can't be made of.
     """
-    from softvox_view.figures.style import style
+    from softvox_view.figures.style import style  # before all that imports matplotlib
 
-    if name not in FIGURES:
-        raise ValueError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
-    module = import_module(f"softvox_view.figures.{name}")
+    draw = import_module(f"softvox_view.figures.{name}").draw
     with style():
-        made: Made = module.draw(inputs or Inputs())
-    return made
+        drawn: Figure | Drawing = draw(inputs or Inputs())
+    return drawn if isinstance(drawn, Drawing) else Drawing({name: drawn})
 
 
-def files_of(made: Made, formats: Sequence[str]) -> dict[str, bytes]:
+def files_of(drawing: Drawing, formats: Sequence[str]) -> dict[str, bytes]:
     """Return the files of a figure by name: every picture in every format, then the tables.
 
     Parameters
     ----------
-    made : Made
+    drawing : Drawing
     formats : sequence of str
         Of `style.FORMATS`.
     """
     from softvox_view.figures import style
 
     files: dict[str, bytes] = {}
-    with (made.look or style.style)():
-        for name, figure in made.figures.items():
+    with (drawing.style or style.style)():
+        for name, figure in drawing.figures.items():
             files |= {f"{name}.{form}": style.encoded(figure, form) for form in formats}
-    return {**files, **made.tables}
+    return files | drawing.tables

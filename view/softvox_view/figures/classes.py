@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_gym.landscapes.analysis import symmetry_classes
-from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.figures import Inputs, maps, style
 
 #: Kinds of robot, from dark to light, so that they stay apart without colour.
 KINDS = ("no voxels", "in pieces, none active", "in pieces", "one piece, none active", "one piece")
@@ -37,7 +38,7 @@ def class_ranks() -> NDArray[np.int64]:
     return rank[member_of]
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw both maps side by side."""
     made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
     (left, right), (key, bar) = made.subplots(2, 2, height_ratios=(24, 1))
@@ -59,4 +60,4 @@ def draw(_: Inputs) -> Made:
     scale.set_label("rank of the class by its fittest design")
     scale.set_ticks([ranks.max(), 800, 600, 400, 200, 1])
     bar.invert_xaxis()  # the lightest to the right, as on the other maps
-    return Made({"classes": made})
+    return made

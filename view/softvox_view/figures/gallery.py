@@ -8,7 +8,7 @@ from importlib.resources import files
 from matplotlib.figure import Figure
 
 from softvox_gym.design import Design
-from softvox_view.figures import Inputs, Made, style
+from softvox_view.figures import Inputs, style
 from softvox_view.figures.robots import picture
 
 COLUMNS = 10
@@ -29,7 +29,7 @@ def published() -> list[tuple[Design, str]]:
     return [(Design(int(row["design"])), row["fitness"]) for row in rows]
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw ten by ten robots as built, in the paper's order, the fitness under each."""
     robots = published()
     rows = -(-len(robots) // COLUMNS)
@@ -37,7 +37,7 @@ def draw(_: Inputs) -> Made:
     for i, (design, fitness) in enumerate(robots):
         row, column = divmod(i, COLUMNS)
         _robot(made, design, fitness, left=column * CELL, top=row * (CELL + CAPTION))
-    return Made({"gallery": made})
+    return made
 
 
 def _robot(made: Figure, design: Design, fitness: str, *, left: float, top: float) -> None:

@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib import colormaps, patheffects
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_view.figures import Inputs, Made, maps, style
-from softvox_view.headings import LITTLE
+from softvox_view.comparison import LITTLE
+from softvox_view.figures import Inputs, maps, style
 from softvox_view.tessellation import SIDE, mapped
 
 #: Lighter than any colour of the wheel, dimmed, so that it stays apart without colour as well.
@@ -31,7 +32,7 @@ INCHES = 0.28
 Array = NDArray[np.float64]
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw the map, an arrow over each square of 9 x 9 designs, and the keys."""
     table = softvox_gym.landscape()
     dx, dy = table["dx"], table["dy"]
@@ -44,7 +45,7 @@ def draw(_: Inputs) -> Made:
     x, y = np.meshgrid(middle, middle)
     _arrows(axis, x, y, mean[..., 0], mean[..., 1])
     _key(side)
-    return Made({"heading": made})
+    return made
 
 
 def colour_of(dx: Array, dy: Array) -> Array:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from matplotlib.figure import Figure
+
 import softvox_gym
-from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.figures import Inputs, maps, style
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw the map: lighter is fitter."""
     fitness = softvox_gym.landscape()["fitness"]
     best = int(fitness.argmax())
@@ -15,4 +17,4 @@ def draw(_: Inputs) -> Made:
     image = maps.show(axis, fitness, cmap=style.SEQUENTIAL, vmin=0)
     made.colorbar(image, ax=axis, label="fitness, voxel widths", pad=0.02)
     maps.mark(axis, best, f"{best}: {fitness[best]:.2f}")
-    return Made({"heatmap": made})
+    return made

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.figures import Inputs, maps, style
 
 LEVEL = 1.0
 
@@ -28,7 +29,7 @@ def kept() -> NDArray[np.float64]:
     return share
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw the mean under noise, and the share of the fitness that nine draws in ten keep."""
     mean = softvox_gym.noisy_landscape(LEVEL)["mean"]
     made = style.figure(style.WIDTH, 0.61 * style.WIDTH)
@@ -44,4 +45,4 @@ def draw(_: Inputs) -> Made:
     right.set_title("b  share of the fitness kept in nine draws of ten", loc="left")
     scale = made.colorbar(image, ax=right, extend="max", **bar)
     scale.set_label(f"10 % quantile / fitness; white: fitness below {FAST:g} voxel width")
-    return Made({"robustness": made})
+    return made

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 import softvox_gym
-from softvox_gym.design import N_DESIGNS, N_SITES, Design
+from softvox_gym.design import Design
+from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.rendering import ACTIVE, PASSIVE
-from softvox_view.figures import Inputs, Made, maps, style
+from softvox_view.figures import Inputs, maps, style
 from softvox_view.figures.robots import picture
 from softvox_view.tessellation import PAIRS, cell_of
 
@@ -35,7 +37,7 @@ LANDMARKS = (
 )
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw the sites and the map above, and four nested squares below."""
     made = style.figure(style.WIDTH, 0.72 * style.WIDTH)
     parts: Any = made.subfigures(2, 1, height_ratios=(1.75, 1))
@@ -46,13 +48,13 @@ def draw(_: Inputs) -> Made:
     levels = below.subplots(1, len(PAIRS))
     for level, axis in enumerate(levels):
         _level(axis, level)
-    return Made({"tessellation": made})
+    return made
 
 
 def _sites(axis: Axes) -> None:
     """Draw the lattice as eight cubes set apart, each with the digit that fills it."""
     right, back, up = np.array([1.0, 0.0]), np.array([0.52, 0.38]), np.array([0.0, 1.0])
-    for site in sorted(range(N_SITES), key=lambda i: (-(i >> 1 & 1), i >> 2, i & 1)):
+    for site in sorted(range(LATTICE.sites), key=lambda i: (-(i >> 1 & 1), i >> 2, i & 1)):
         x, y, z = site & 1, site >> 1 & 1, site >> 2
         corner = 1.75 * x * right + 2.3 * y * back + 1.75 * z * up
         _cube(axis, corner, right, back, up)
@@ -112,7 +114,7 @@ def _level(axis: Axes, level: int) -> None:
     fitness = softvox_gym.landscape()["fitness"]
     chosen = digits[across], digits[upward]
     for values in np.ndindex(3, 3):
-        part = np.zeros(N_SITES, dtype=int)
+        part = np.zeros(LATTICE.sites, dtype=int)
         for pair in PAIRS[:level]:
             part[list(pair)] = digits[list(pair)]
         part[[across, upward]] = values

@@ -71,25 +71,21 @@ class Panel:
     compared: tuple[Compared, ...] = ()
 
     @property
-    def middle(self) -> Array:
-        """The middle of all tracks, cm."""
-        low, high = self._ends()
-        return (low + high) / 2
+    def points(self) -> Array:
+        """All points of all tracks, cm, shape (n, 2)."""
+        points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
+        return points
 
     @property
-    def half(self) -> float:
-        """Half a side of the square around all tracks, cm."""
-        low, high = self._ends()
-        return float((high - low).max()) / 2
-
-    def _ends(self) -> tuple[Array, Array]:
-        points = np.concatenate([self.simulated, *(track.position for track in self.real)])
-        return points.min(axis=0), points.max(axis=0)
+    def middle(self) -> Array:
+        """The middle of all tracks, cm."""
+        middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
+        return middle
 
 
-def shared_half(simulated: Sequence[Array]) -> float:
-    """Return half a panel's side, cm, that all simulated tracks have room in."""
-    reach = max(float(np.ptp(track, axis=0).max()) for track in simulated) / 2
+def needed_half(points: Sequence[Array]) -> float:
+    """Return half a panel's side, cm, that any of some tracks has room in."""
+    reach = max(float(np.ptp(track, axis=0).max()) for track in points) / 2
     return max((1 + MARGIN) * reach, LEAST_HALF)
 
 
@@ -109,14 +105,14 @@ def draw(panels: Sequence[Panel], half: float) -> Figure:
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
         axis.remove()
-    halves = [max(half, (1 + MARGIN) * panel.half) if panel.real else half for panel in panels]
+    halves = [max(half, needed_half([panel.points])) for panel in panels]
     corners = []
     for axis, panel, own in zip(axes, panels, halves, strict=False):
         line = _tracks(axis, panel)
         _frame(axis, panel, own)
         corners.append(_inset(axis, panel, own))
-    made.supxlabel("x, cm", size=style.FONT)
-    made.supylabel("y, cm", size=style.FONT)
+    made.supxlabel("x, cm")
+    made.supylabel("y, cm")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
     if is_compared:

@@ -11,8 +11,8 @@ from softvox_gym.design import Design
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import simulate
 from softvox_view.comparison import as_csv, as_lines, compare
-from softvox_view.figures import Inputs, Made, track_page
-from softvox_view.figures.bodies import best_of_bodies
+from softvox_view.figures import Drawing, Inputs, track_page
+from softvox_view.figures.robots import best_of_bodies
 from softvox_view.tracks_csv import COLUMNS, RealTrack
 
 CYCLES, PER_CYCLE = 23, 50
@@ -26,7 +26,7 @@ MOST_MORE = 99
 Array = NDArray[np.float64]
 
 
-def draw(inputs: Inputs) -> Made:
+def draw(inputs: Inputs) -> Drawing:
     """Draw a panel per design, and compare with the real tracks.
 
     Raises
@@ -53,14 +53,14 @@ def draw(inputs: Inputs) -> Made:
         )
         for i, design in enumerate(designs)
     ]
-    half = track_page.shared_half(list(simulated.values()))
+    half = track_page.needed_half(list(simulated.values()))
     figures = {
         f"tracks_{1 + first // PER_PAGE}" if first else "tracks": track_page.draw(
             panels[first : first + PER_PAGE], half
         )
         for first in range(0, len(panels), PER_PAGE)
     }
-    return Made(figures, tables, lines)
+    return Drawing(figures, tables, lines)
 
 
 def _letters(i: int) -> str:

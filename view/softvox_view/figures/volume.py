@@ -8,13 +8,14 @@ from fractions import Fraction
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from softvox_gym.design import ABSENT, Design
 from softvox_gym.physics import ACTUATIONS, Physics
 from softvox_gym.simulation import simulate
-from softvox_view.figures import Inputs, Made, style
-from softvox_view.figures.bodies import best_of_bodies
+from softvox_view.figures import Inputs, style
+from softvox_view.figures.robots import best_of_bodies
 
 #: The cycle shown, counted from 0: the first one starts from rest.
 CYCLE = 1
@@ -60,7 +61,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
     return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
 
 
-def draw(_: Inputs) -> Made:
+def draw(_: Inputs) -> Figure:
     """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
     made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
@@ -77,7 +78,7 @@ def draw(_: Inputs) -> Made:
         axis.spines[["top", "right"]].set_visible(False)
         axis.axhline(1, color=style.PALE, lw=0.8, zorder=0)
         axis.set_xlim(0, 1)
-    return Made({"volume": made})
+    return made
 
 
 def _robots(axis: Axes) -> None:

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import rendering
-from softvox_gym.design import ABSENT, ACTIVE, DEFAULT_SHAPE, Design
+from softvox_gym.design import ABSENT, ACTIVE, Design
+from softvox_gym.lattice import Lattice
 from softvox_gym.rendering import Pose, fitting_distance
-from softvox_view.replay.recorded import Recorded, checked_places, frames_of
+from softvox_gym.simulation import Frames, Result
 
 FORMAT, VERSION = "softvox-replay", 1
 
@@ -31,7 +32,7 @@ TRAIL = (0.36, 0.20, 0.52)
 MOST_DIGITS = 27
 
 
-def recording(result: Recorded, *designs: int, stride: int = 1) -> dict[str, Any]:
+def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
     """Return the recording of some designs of a batch.
 
     Parameters
@@ -85,7 +86,35 @@ def recording(result: Recorded, *designs: int, stride: int = 1) -> dict[str, Any
     }
 
 
-def pose(result: Recorded, i: int, frame: int) -> Pose:
+def frames_of(result: Result) -> Frames:
+    """Return the frames of a result.
+
+    Raises
+    ------
+    ValueError
+        Where it has none.
+    """
+    if result.frames is None:
+        raise ValueError("the result has no frames; simulate(..., frames=20) keeps every 20th step")
+    return result.frames
+
+
+def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
+    """Return places in the batch, all where none is given.
+
+    Raises
+    ------
+    ValueError
+        Where one is outside the batch.
+    """
+    for i in designs:
+        if not 0 <= i < len(result):
+            last = len(result) - 1
+            raise ValueError(f"design {i} of the batch was asked for, which has 0 to {last}")
+    return list(designs or range(len(result)))
+
+
+def pose(result: Result, i: int, frame: int) -> Pose:
     """Return one design of a batch at one moment.
 
     Parameters
@@ -135,77 +164,63 @@ def bytes_per_frame(designs: Iterable[Design]) -> int:
     return sum(22 * design.n_voxels + 16 for design in designs)
 
 
-def label(result: Recorded, i: int) -> str:
-    """Return what stands beside a robot: its number, digits and fitness, and in how many cycles."""
-    design = Design(result.designs[i])
+def name_of(design: Design, *, short: bool = False) -> str:
+    """Return what a design is called: number and digits; on other lattices shape and digits."""
     digits = design.digits
     if len(digits) > MOST_DIGITS:
         digits = f"{digits[: MOST_DIGITS - 3]}..."
-    if design.shape == DEFAULT_SHAPE:
-        name = f"{design.index} · {digits}"
-    else:
-        name = f"{'×'.join(map(str, design.shape))} · {digits}"  # noqa: RUF001
-    fitness = float(result.fitness[i])
-    if not math.isfinite(fitness):
-        return f"{name} · diverged"
-    cycles = float(np.broadcast_to(result.physics.cycles, len(result.status))[i])
-    return f"{name} · {fitness:.2f} in {cycles:.4g} cycles"
+    if design.lattice == Lattice():
+        return str(design.index) if short else f"{design.index} · {digits}"
+    return digits if short else f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
 
 
-def short_label(result: Recorded, i: int) -> str:
-    """Return what stands beside a robot where there is little room: its number and fitness."""
-    design, fitness = Design(result.designs[i]), float(result.fitness[i])
-    name = design.index if design.shape == DEFAULT_SHAPE else design.digits[:MOST_DIGITS]
-    return f"{name} · {fitness:.2f}" if math.isfinite(fitness) else f"{name} · diverged"
+def label(result: Result, i: int) -> str:
+    """Return what stands beside a robot: its name and fitness, and in how many cycles."""
+    ending = short_label(result, i).rpartition(" · ")[2]
+    if not result.diverged[i]:
+        cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
+        ending += f" in {cycles:.4g} cycles"
+    return f"{name_of(result.design(i))} · {ending}"
+
+
+def short_label(result: Result, i: int) -> str:
+    """Return what stands beside a robot where there is little room: its name and fitness."""
+    name = name_of(result.design(i), short=True)
+    return f"{name} · {'diverged' if result.diverged[i] else f'{result.fitness[i]:.2f}'}"
 
 
 def appearance() -> dict[str, Any]:
     """Return camera, light and colours of the still pictures, for the player."""
-    return {
-        "field_of_view": rendering.FIELD_OF_VIEW,
-        "aim": rendering.AIM,
-        "fade": rendering.FADE,
-        "line": rendering.LINE,
-        "thinnest_line": rendering.THINNEST_LINE,
-        "light": rendering.LIGHT.tolist(),
-        "darkest": rendering.DARKEST,
-        "shadow": rendering.SHADOW,
-        "penumbra": rendering.PENUMBRA,
-        "passive": rendering.PASSIVE,
-        "active": rendering.ACTIVE,
-        "ink": rendering.INK,
-        "background": rendering.BACKGROUND,
-        "floor": rendering.FLOOR,
-        "grid_line": rendering.GRID_LINE,
-        "grid_strength": rendering.GRID_STRENGTH,
-        "axis_line": rendering.AXIS_LINE,
-        "axis_strength": rendering.AXIS_STRENGTH,
-        "axes": rendering.AXIS_COLOURS,
-        "trail": TRAIL,
+    constants = {
+        name.lower(): value
+        for name, value in vars(rendering).items()
+        if name.isupper() and isinstance(value, float | tuple)
     }
+    return {**constants, "light": rendering.LIGHT.tolist(), "trail": TRAIL}
 
 
-def clock_of(result: Recorded, i: int) -> tuple[float, float]:
+def clock_of(result: Result, i: int) -> tuple[float, float]:
     """Return the time step, s, and the frequency, Hz, of one design of a batch."""
-    n, physics = len(result.status), result.physics
+    physics = result.physics
     step, frequency = (
-        float(np.broadcast_to(value, n)[i]) for value in (physics.time_step, physics.frequency_hz)
+        float(np.broadcast_to(value, len(result))[i])
+        for value in (physics.time_step, physics.frequency_hz)
     )
     return step, frequency
 
 
-def _shared_clock(result: Recorded, places: list[int]) -> tuple[float, float]:
+def _shared_clock(result: Result, places: list[int]) -> tuple[float, float]:
     clocks = {clock_of(result, i) for i in places}
     if len(clocks) > 1:
-        told = ", ".join(f"({step:.4g} s, {frequency:g} Hz)" for step, frequency in sorted(clocks))
+        given = ", ".join(f"({step:.4g} s, {frequency:g} Hz)" for step, frequency in sorted(clocks))
         raise ValueError(
-            f"the designs of one recording must share time step and frequency, got {told}; "
+            f"the designs of one recording must share time step and frequency, got {given}; "
             "record them one by one"
         )
     return next(iter(clocks), (1.0, 1.0))
 
 
-def _movement(result: Recorded, i: int, asked: slice = slice(None)) -> tuple[NDArray[Any], ...]:
+def _movement(result: Result, i: int, asked: slice = slice(None)) -> tuple[NDArray[Any], ...]:
     """Return position, quaternion and edge of a design's voxels, and which are active.
 
     Only the frames asked for that it has up to the first that it lacks, in voxel widths; as it is
@@ -225,18 +240,13 @@ def _movement(result: Recorded, i: int, asked: slice = slice(None)) -> tuple[NDA
     finite = np.isfinite(position).all(axis=(1, 2)) & np.isfinite(edge).all(axis=1)
     if not asked.start and not finite[0]:
         built = rest_pose(result.designs[i])
-        return (
-            built.position[np.newaxis],
-            built.quaternion[np.newaxis],
-            built.edge[np.newaxis],
-            active,
-        )
+        return built.position[None], built.quaternion[None], built.edge[None], active
     ends = len(finite) if finite.all() else int(np.argmin(finite))
     return position[:ends] / width, quaternion[:ends], edge[:ends] / width, active
 
 
-def _robot(result: Recorded, i: int, kept: slice) -> dict[str, Any]:
-    design = Design(result.designs[i])
+def _robot(result: Result, i: int, kept: slice) -> dict[str, Any]:
+    design = result.design(i)
     position, quaternion, edge, active = _movement(result, i)
     last = len(range(len(edge))[kept]) - 1
     count = len(frames_of(result).step[kept])
@@ -251,12 +261,12 @@ def _robot(result: Recorded, i: int, kept: slice) -> dict[str, Any]:
     return {
         "label": label(result, i),
         "short_label": short_label(result, i),
-        "design": design.index if design.shape == DEFAULT_SHAPE else None,
+        "design": design.index if design.lattice == Lattice() else None,
         "digits": design.digits,
         "shape": list(design.shape),
         "n_voxels": design.n_voxels,
         "n_active": design.n_active,
-        "status": str(result.status[i]),
+        "diverged": bool(result.diverged[i]),
         "fitness": _finite(float(result.fitness[i])),
         "displacement": [_finite(value) for value in result.displacement[i].tolist()],
         "last": last,

@@ -1,18 +1,18 @@
-"""What a result looks like in a notebook: facts, and the robots, moving where it has frames."""
+"""What a design or a result looks like in a notebook: facts, and the robots, moving with frames."""
 
 from __future__ import annotations
 
 import html
 import math
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.rendering import fitting_distance
-from softvox_view.replay.data import bytes_per_frame, clock_of, label, recording, rest_pose
+from softvox_gym.simulation import Result
+from softvox_view.replay.data import bytes_per_frame, clock_of, label, name_of, recording, rest_pose
 from softvox_view.replay.page import page
-from softvox_view.replay.recorded import Recorded
 from softvox_view.replay.still import beside, data_url, still
 
 ROBOTS = 3  # shown, the fittest first
@@ -22,67 +22,78 @@ MOST_BYTES = 300_000  # of a recording: they stay in the notebook
 PANEL = (240, 180)  # pixels
 
 
-def notebook(result: Recorded) -> str:
-    """Return a result as HTML: a picture of the fittest designs, and a table of facts.
+def notebook(value: Design | Result) -> str:
+    """Return HTML: a picture of a design as built, or of a result's fittest, and a table of facts.
 
-    The designs are shown as built; where the result has frames, a player shows them moving.
+    Where a result has frames, a player shows its designs moving.
     """
-    order = fittest(result)
+    if isinstance(value, Design):
+        return f"{_built([value], name_of(value))}\n{_table(_FACTS, [_facts(value)], '1 design')}"
+    order = fittest(value)
     shown = order[:ROBOTS]
     parts = []
-    if shown:
-        parts.append(_built(result, shown) if result.frames is None else _player(result, shown))
-    parts.append(_table(result, order))
+    if shown and value.frames is not None:
+        parts.append(_player(value, shown))
+    elif shown:
+        names = "; ".join(label(value, i) for i in shown)
+        parts.append(_built([value.design(i) for i in shown], names))
+    rows = [_outcome(value, i) for i in order[:ROWS]]
+    caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")
+    header = ("#", *_FACTS, "fitness", "dx", "dy")
+    parts.append(_table(header, rows, f"{caption}; lengths in voxel widths"))
     return "\n".join(parts)
 
 
-def fittest(result: Recorded) -> list[int]:
+def fittest(result: Result) -> list[int]:
     """Return the places of a batch's designs, the fittest first, those that diverged last."""
-    worth = np.where(np.isfinite(result.fitness), result.fitness, -1.0)
+    worth = np.where(result.diverged, -1.0, result.fitness)
     order: list[int] = np.argsort(-worth, kind="stable").tolist()
     return order
 
 
-def _built(result: Recorded, shown: list[int]) -> str:
-    poses = [rest_pose(result.designs[i]) for i in shown]
+def _built(designs: Sequence[Design], names: str) -> str:
+    poses = [rest_pose(design.array) for design in designs]
     distances = [fitting_distance(pose) for pose in poses]
     picture = beside(poses, panel=PANEL, distances=distances)
-    names = html.escape("; ".join(label(result, i) for i in shown))
-    return f'<img alt="{names}" src="{data_url(picture)}">'
+    return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 
-def _player(result: Recorded, shown: list[int]) -> str:
-    assert result.frames is not None
+def _player(result: Result, shown: list[int]) -> str:
     # One clock runs for all that are shown: that of the fittest.
     shown = [i for i in shown if clock_of(result, i) == clock_of(result, shown[0])]
-    size = bytes_per_frame(Design(result.designs[i]) for i in shown)
+    size = bytes_per_frame(result.design(i) for i in shown)
     most = max(2, min(MOST_FRAMES, MOST_BYTES // size))
+    picture = still(result, *shown, panel=PANEL)
+    assert result.frames is not None
     stride = math.ceil(len(result.frames.step) / most)
-    content = page(recording(result, *shown, stride=stride), still(result, *shown, panel=PANEL))
+    content = page(recording(result, *shown, stride=stride), picture)
     return (
         '<iframe sandbox="allow-scripts" style="border: 0; width: 100%; height: 420px" '
         f'title="replay" srcdoc="{html.escape(content)}"></iframe>'
     )
 
 
-def _table(result: Recorded, order: list[int]) -> str:
-    rows = [_row(result, i) for i in order[:ROWS]]
-    names = ("#", "design", "digits", "voxels", "active", "fitness", "dx", "dy")
+def _table(names: Sequence[str], rows: Sequence[Sequence[object]], caption: str) -> str:
     head = "".join(f"<th>{name}</th>" for name in names)
-    more = len(order) - len(rows)
-    caption = f"{len(order)} designs" + (f", the fittest {len(rows)}" if more else "")
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     return (
-        f"<table><caption>{caption}; lengths in voxel widths</caption>"
+        f"<table><caption>{caption}</caption>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 
 
-def _row(result: Recorded, i: int) -> list[Any]:
-    design = Design(result.designs[i])
-    sites = len(design.digits)
-    facts = [i, design.index if sites <= 27 else "", design.digits[:64]]
+_FACTS = ("design", "lattice", "digits", "voxels", "active", "in one piece")
+
+
+def _facts(design: Design) -> list[object]:
+    """Return a design's number, where it is not longer than its digits; its body in numbers."""
+    number = design.index if design.lattice.has_int64_numbers else ""
+    is_connected = "yes" if design.is_connected else "no"
+    digits = design.digits[:64]
+    return [number, design.lattice, digits, design.n_voxels, design.n_active, is_connected]
+
+
+def _outcome(result: Result, i: int) -> list[object]:
     travel = [result.fitness[i], *result.displacement[i, :2]]
-    if not np.isfinite(travel).all():
-        return [*facts, design.n_voxels, design.n_active, "diverged", "", ""]
-    return [*facts, design.n_voxels, design.n_active, *(f"{value:.3f}" for value in travel)]
+    numbers = ["diverged", "", ""] if result.diverged[i] else [f"{value:.3f}" for value in travel]
+    return [i, *_facts(result.design(i)), *numbers]

@@ -15,15 +15,7 @@ from softvox_view.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = (
-    "numbers.js",
-    "pump.js",
-    "shaders.js",
-    "camera.js",
-    "scene.js",
-    "input.js",
-    "player.js",
-)
+MODULES = [f"{name}.js" for name in ("pump", "shaders", "camera", "scene", "input", "player")]
 
 
 def page(
@@ -50,20 +42,19 @@ def page(
         Whether it begins to play at once, unless the reader asked for reduced motion.
     """
     name = title or "; ".join(robot["label"] for robot in recording["robots"])
-    options = {"autoplay": autoplay, "speed": speed}
     parts = {
         "title": html.escape(name),
         "rows": "Row by row: " if len(recording["robots"]) > 1 else "",
-        "style": style(),
+        "style": _asset("player.css"),
         "still": data_url(picture),
-        "recording": in_script(recording),
-        "script": script(),
-        "options": in_script(options),
+        "recording": _in_script(recording),
+        "script": _script(),
+        "options": _in_script({"autoplay": autoplay, "speed": speed}),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _asset("page.html"))
 
 
-def script() -> str:
+def _script() -> str:
     """Return the player as one ES module that exports `SoftvoxPlayer` and imports nothing."""
     parts = [re.sub(r"^import .*\n", "", _asset(name), flags=re.MULTILINE) for name in MODULES]
     # The last is the player; what the others export it finds beside it.
@@ -71,12 +62,7 @@ def script() -> str:
     return "\n".join([*inner, parts[-1]])
 
 
-def style() -> str:
-    """Return the player's style sheet."""
-    return _asset("player.css")
-
-
-def in_script(value: Any) -> str:
+def _in_script(value: Any) -> str:
     """Return JSON that may stand inside a script element of a page."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 

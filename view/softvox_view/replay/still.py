@@ -1,19 +1,17 @@
-"""Still pictures of replays, and PNG files of them, with the standard library alone."""
+"""Still pictures of replays."""
 
 from __future__ import annotations
 
 import base64
 import math
-import struct
-import zlib
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.rendering import Pose, fitting_distance, render
-from softvox_view.replay.data import pose
-from softvox_view.replay.recorded import Recorded, checked_places
+from softvox_gym.rendering import Pose, fitting_distance, png, render
+from softvox_gym.simulation import Result
+from softvox_view.replay.data import checked_places, frames_of, pose
 
 #: Counts between the colours of a picture that stands in for a replay: that takes two fifths of the
 #: bytes away, and can be seen in the floor's shading alone.
@@ -24,7 +22,7 @@ WIDTH = 900  # pixels of all panels beside each other, at most
 
 
 def still(
-    result: Recorded,
+    result: Result,
     *designs: int,
     frame: int | None = None,
     panel: tuple[int, int] | None = None,
@@ -52,8 +50,7 @@ def still(
         Where the result has no frames or a place is out of range.
     """
     places = checked_places(result, designs)
-    last = len(result.frames.step) - 1 if result.frames is not None else 0
-    shown = last if frame is None else frame
+    shown = len(frames_of(result).step) - 1 if frame is None else frame
     # The distance of the first frame, so that the breathing of a robot does not zoom.
     distances = [fitting_distance(pose(result, i, 0)) for i in places]
     if panel is None:
@@ -81,24 +78,6 @@ def beside(
 def columns(count: int) -> int:
     """Return how many panels stand in a row: up to three robots in one, then a square."""
     return max(count, 1) if count <= 3 else math.ceil(math.sqrt(count))
-
-
-def png(picture: NDArray[np.uint8]) -> bytes:
-    """Return a picture, uint8 of shape (height, width, 3), as the bytes of a PNG file."""
-    height, width, _ = picture.shape
-    rows = picture.reshape(height, 3 * width).astype(np.int16)
-    # Each byte less the one of the pixel to its left: what is even becomes zeros.
-    rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
-    filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(content))
-        + name
-        + content
-        + struct.pack(">I", zlib.crc32(name + content))
-        for name, content in parts
-    )
 
 
 def data_url(picture: NDArray[np.uint8]) -> str:

@@ -1,18 +1,18 @@
 // The page. `#state` is what is seen, and is kept in the address; `#wanted` is what was asked for
 // last, and becomes part of the state once the server has answered.
 
-import { SoftvoxPlayer } from "./player.js";
+import { SoftvoxPlayer } from "/player/player.js";
 import { Controls } from "./controls.js";
 import { colouring, drawScale } from "./colours.js";
+import { element, find } from "./dom.js";
 import { csvOf, nameOf, pictureOf } from "./downloads.js";
 import { LandscapeMap } from "./map.js";
 import * as panels from "./panels.js";
 import { PathPanel } from "./path.js";
 import { digitsOf, drawRobot, Editor } from "./robot.js";
-import { address, get, Newest, Refused, save, work } from "./server.js";
+import { address, compute, get, Newest, Refused, save } from "./server.js";
 import { DEFAULTS, KINDS, PATH, read, wordsOf, written } from "./state.js";
 
-const find = (id) => document.getElementById(id);
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 class App {
@@ -40,13 +40,13 @@ class App {
 
   /** Show what the address tells, all of it. */
   #show() {
-    const { map, design, compare, parameters, ...told } = read(location.hash);
+    const { map, design, compare, parameters, ...path } = read(location.hash);
     const isKnown = KINDS.includes(map);
     this.#state.map = isKnown ? map : DEFAULTS.map;
     find("message").textContent = isKnown ? "" : `there is no map ${map}; the maps are ${KINDS.join(", ")}`;
     find("kind").value = this.#state.map;
-    for (const name of PATH) this.#state[name] = told[name];
-    this.path.show(told);
+    for (const name of PATH) this.#state[name] = path[name];
+    this.path.show(path);
     this.controls.parameters = parameters;
     this.#paint();
     this.#wanted = { design, compare, parameters };
@@ -122,12 +122,12 @@ class App {
     const { design, compare } = this.#wanted;
     const query = { design, ...(compare && { compare }), ...this.#state.parameters };
     try {
-      const told = await this.#asked.robots.ask((signal) => get("/api/robots", query, signal));
-      if (!told) return;
-      const [a, b = ""] = told.robots.map((robot) => String(robot.design));
+      const answer = await this.#asked.robots.ask((signal) => get("/api/robots", query, signal));
+      if (!answer) return;
+      const [a, b = ""] = answer.robots.map((robot) => String(robot.design));
       this.#wanted = { ...this.#wanted, design: a, compare: b };
       this.#record({ design: a, compare: b }, isStep);
-      this.#showRobots(told, query);
+      this.#showRobots(answer, query);
     } catch (error) {
       this.#complain(error);
       const seen = { design: this.#state.design, compare: this.#state.compare };
@@ -143,7 +143,7 @@ class App {
   #showRobots({ robots, recording }, query) {
     const { design, compare, parameters } = this.#state;
     this.#robots = robots;
-    this.map.mark({ design, compare: compare || null });
+    this.map.show({ marks: { design, compare } });
     this.#showEdited();
     find("end-compare").hidden = !compare;
     find("save-replay").href = address("/api/replay.html", query);
@@ -164,8 +164,7 @@ class App {
     const first = !this.#player;
     this.#player ??= new SoftvoxPlayer(find("player"));
     this.#player.load(recording, address("/api/still.png", query));
-    const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (first && !isStill) this.#player.play();
+    if (first) this.#player.autoplay();
   }
 
   // The landscape
@@ -181,12 +180,12 @@ class App {
     const { parameters } = this.#wanted;
     this.#progress(0, 6561);
     try {
-      const told = await this.#asked.landscape.ask((signal) =>
-        work("/api/landscape", { parameters }, signal, (...far) => this.#progress(...far)),
+      const answer = await this.#asked.landscape.ask((signal) =>
+        compute("/api/landscape", parameters, signal, (...far) => this.#progress(...far)),
       );
-      if (!told) return; // a newer one is under way, and the bar is its own
+      if (!answer) return; // a newer one is under way, and the bar is its own
       this.#record({ parameters }, isStep);
-      this.#showLandscape(told);
+      this.#showLandscape(answer);
     } catch (error) {
       this.#wanted = { ...this.#wanted, parameters: this.#state.parameters };
       // What was typed stays where the mistake is its own.
@@ -198,13 +197,14 @@ class App {
     await this.#simulate(isStep);
   }
 
-  #showLandscape({ values, changes, warnings }) {
+  #showLandscape({ values, warnings }) {
     const isPublished = Object.keys(this.#state.parameters).length === 0;
     this.#values = values;
     this.controls.clear();
-    panels.fillChanges(find("changes"), changes, warnings, isPublished);
-    const { best, best_before: before } = changes;
-    this.map.showBest(isPublished ? null : { from: before.design, to: best.design });
+    const { best, former, lines } = panels.changesOf(this.#atlas.fitness, values.fitness);
+    const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
+    find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
+    this.map.show({ best: isPublished ? null : { from: former, to: best } });
     this.#paint();
   }
 

@@ -1,5 +1,7 @@
 // The sliders of the physics, each with a field for any number.
 
+import { element } from "./dom.js";
+
 /** The form of all parameters; calls onChange(parameters) when one was let go. */
 export class Controls {
   #rows = new Map();
@@ -55,11 +57,12 @@ export class Controls {
 
   #addSlider({ name, label, unit, low, high, step, default: standard }) {
     const row = this.#row(name, unit ? `${label}, ${unit}` : label);
-    const range = input("range", { min: low, max: high, step: "any", "aria-label": label });
-    row.field = input("text", { id: `value-${name}`, inputmode: "decimal", autocomplete: "off" });
+    const limits = { min: low, max: high, step: "any", "aria-label": label };
+    const range = element("input", { type: "range", id: `slider-${name}`, ...limits });
+    const digits = { inputmode: "decimal", autocomplete: "off" };
+    row.field = element("input", { type: "text", id: `value-${name}`, ...digits });
     row.given = short(standard);
     row.range = range;
-    range.id = `slider-${name}`;
     range.addEventListener("input", () => {
       row.field.value = short(Math.round(range.value / step) * step);
       // The published value need not be a whole number of steps: near it the slider snaps to it.
@@ -87,24 +90,19 @@ export class Controls {
 
   #addActuation(actuations) {
     const row = this.#row("actuation", "Actuation");
-    row.field = document.createElement("select");
-    row.field.id = "value-actuation";
-    row.field.append(...actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode)));
+    const options = actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode));
+    row.field = element("select", { id: "value-actuation" }, ...options);
     row.given = actuations[0];
     row.field.addEventListener("change", () => this.#changed(row));
     this.#finish("actuation", row, null);
   }
 
   #row(name, text) {
-    const box = document.createElement("div");
-    const label = document.createElement("label");
-    const error = document.createElement("p");
-    box.className = "parameter";
-    label.htmlFor = `value-${name}`;
-    label.textContent = text;
-    error.className = "error";
-    error.id = `error-${name}`;
-    return { box, label, error };
+    return {
+      box: element("div", { class: "parameter" }),
+      label: element("label", { for: `value-${name}`, text }),
+      error: element("p", { class: "error", id: `error-${name}` }),
+    };
   }
 
   #finish(name, row, range) {
@@ -125,13 +123,6 @@ export class Controls {
   #style({ box, field, given }) {
     box.classList.toggle("changed", field.value !== given);
   }
-}
-
-function input(type, attributes) {
-  const made = document.createElement("input");
-  made.type = type;
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
 }
 
 /** A number without the noise of its last bits. */

@@ -14,9 +14,7 @@ export class LandscapeMap {
   #grid = "#fff";
   #diverged = [];
   #cursor = null; // [column, row]
-  #marks = {};
-  #best = null;
-  #path = null;
+  #shown = { marks: {}, best: null, path: null };
 
   constructor(canvas, { side, cells }) {
     this.#canvas = canvas;
@@ -30,7 +28,7 @@ export class LandscapeMap {
     canvas.addEventListener("click", (event) => {
       const place = this.#under(event);
       this.#point(place);
-      this.#pick(place);
+      this.#announce("pick", place);
     });
     canvas.addEventListener("keydown", (event) => this.#key(event));
   }
@@ -51,21 +49,12 @@ export class LandscapeMap {
     this.draw();
   }
 
-  /** Mark designs: {design, compare}; null for none. */
-  mark(marks) {
-    this.#marks = marks;
-    this.draw();
-  }
-
-  /** Show where the best went: {from, to}, or null. */
-  showBest(best) {
-    this.#best = best;
-    this.draw();
-  }
-
-  /** Show a path: the designs evaluated, those that were the best so far, and how many; or null. */
-  showPath(path) {
-    this.#path = path;
+  /**
+   * Show over the colours: marks {design, compare}; best {from, to}, where the best went, or null;
+   * path {designs, best, upto}: those evaluated, the best so far, and how many to show, or null.
+   */
+  show(what) {
+    Object.assign(this.#shown, what);
     this.draw();
   }
 
@@ -75,10 +64,11 @@ export class LandscapeMap {
     this.#pen.drawImage(this.#pixels, 0, 0, width, height);
     this.#drawDiverged();
     this.#drawGrid();
-    if (this.#path) this.#drawPath(this.#path);
-    if (this.#best) this.#drawBest(this.#best);
+    const { marks, best, path } = this.#shown;
+    if (path) this.#drawPath(path);
+    if (best) this.#drawBest(best);
     for (const [name, letter] of Object.entries(MARKS)) {
-      if (this.#marks[name] != null) this.#label(this.#marks[name], letter);
+      if (marks[name]) this.#label(marks[name], letter);
     }
     if (this.#cursor) this.#frame(this.#cursor);
   }
@@ -100,22 +90,15 @@ export class LandscapeMap {
     return isInside ? [column, this.#side - 1 - down] : null;
   }
 
-  #designAt([column, row]) {
-    return this.#cells[row * this.#side + column];
-  }
-
   #point(place) {
     this.#cursor = place;
     this.draw();
-    if (place) this.#tell("point", place);
+    this.#announce("point", place);
   }
 
-  #pick(place) {
-    if (place) this.#tell("pick", place);
-  }
-
-  #tell(type, place) {
-    const detail = { design: this.#designAt(place) };
+  #announce(type, place) {
+    if (!place) return;
+    const detail = { design: this.#cells[place[1] * this.#side + place[0]] };
     this.#canvas.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
@@ -127,9 +110,9 @@ export class LandscapeMap {
       ArrowUp: [0, step],
       ArrowDown: [0, -step],
     };
-    const place = this.#cursor ?? this.#placeOf[this.#marks.design ?? 0];
+    const place = this.#cursor ?? this.#placeOf[this.#shown.marks.design ?? 0];
     if (event.key === "Enter" || event.key === " ") {
-      this.#pick(place);
+      this.#announce("pick", place);
     } else if (event.key in moves) {
       const inside = (k) => Math.min(Math.max(k, 0), this.#side - 1);
       this.#point(place.map((k, axis) => inside(k + moves[event.key][axis])));

@@ -1,7 +1,10 @@
 // What is told in words and numbers: robots, changes, a path; and the table to download.
 
 import { heading } from "./colours.js";
+import { element } from "./dom.js";
 import { digitsOf } from "./robot.js";
+
+const TOP = 100; // of the fittest, compared
 
 /** A number with its sign, or a dash where the design diverged. */
 function number(value, decimals = 2, signed = false) {
@@ -43,63 +46,52 @@ export function fillFacts(table, robots, atlas, values) {
     ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
   ];
   const two = robots.length > 1;
-  const head = document.createElement("tr");
-  head.append(cell("td"), ...robots.map((_, k) => headCell("AB"[k], "col")));
-  if (two) head.append(headCell("B − A", "col"));
+  const names = [...robots.map((_, k) => "AB"[k]), ...(two ? ["B − A"] : [])];
+  const head = names.map((text) => element("th", { text, scope: "col" }));
   const body = rows.map(([name, of, decimals]) => {
-    const row = document.createElement("tr");
-    const told = robots.map(of);
+    const given = robots.map(of);
     const show = (value) => (typeof value === "string" || !decimals ? value : number(value, decimals));
-    row.append(headCell(name, "row"), ...told.map((value) => cell("td", show(value))));
+    const texts = given.map(show);
     if (two) {
-      const isNumber = decimals && told.every((value) => typeof value === "number");
-      const change = name.startsWith("heading") ? turn(told[1] - told[0]) : told[1] - told[0];
-      row.append(cell("td", isNumber ? number(change, decimals, true) : ""));
+      const isNumber = decimals && given.every((value) => typeof value === "number");
+      const change = name.startsWith("heading") ? turn(given[1] - given[0]) : given[1] - given[0];
+      texts.push(isNumber ? number(change, decimals, true) : "");
     }
-    return row;
+    const cells = texts.map((text) => element("td", { text }));
+    return element("tr", {}, element("th", { text: name, scope: "row" }), ...cells);
   });
-  const caption = table.caption;
-  table.replaceChildren(caption, head, ...body);
+  table.replaceChildren(table.caption, element("tr", {}, element("td"), ...head), ...body);
 }
 
 function turn(degrees) {
   return ((((degrees + 180) % 360) + 360) % 360) - 180;
 }
 
-function cell(kind, text = "") {
-  const made = document.createElement(kind);
-  made.textContent = text;
-  return made;
+/** All designs, the fittest first; of equals the lower number, and what diverged last. */
+function ranking(fitness) {
+  return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 
-function headCell(text, scope) {
-  return Object.assign(cell("th", text), { scope });
-}
-
-/** Tell what changed against the published landscape. */
-export function fillChanges(place, changes, warnings, isPublished) {
-  const lines = warnings.map((words) => [`Note: ${words}`, "warning"]);
-  if (!isPublished) {
-    const { best, best_before: before } = changes;
-    lines.push([`${changes.stayed} of the top ${changes.top} stayed`, "count"]);
-    if (best.design === before.design) {
-      lines.push([`★ ${best.design} is still the best: ${number(best.fitness)}`]);
-    } else {
-      lines.push([`★ ${best.design} is the best now: ${number(best.fitness)}, was rank ${best.rank_before}`]);
-      const now = before.fitness === null ? "it diverged" : `now rank ${before.rank}, ${number(before.fitness)}`;
-      lines.push([`☆ ${before.design} was the best: ${now}`]);
-    }
-    lines.push([`mean change ${number(changes.mean_difference, 3, true)} voxel widths`]);
-    if (changes.diverged) lines.push([`${changes.diverged} designs diverged (×)`]);
+/** What changed between two landscapes: {stayed, best, former, lines}, in words. */
+export function changesOf(before, now) {
+  const [then, order] = [ranking(before), ranking(now)];
+  const [best, former] = [order[0], then[0]];
+  const top = new Set(then.slice(0, TOP));
+  const differences = now.flatMap((value, i) => (value === null ? [] : [value - before[i]]));
+  const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
+  const diverged = now.length - differences.length;
+  const lines = [`${order.slice(0, TOP).filter((design) => top.has(design)).length} of the top ${TOP} stayed`];
+  if (best === former) {
+    lines.push(`★ ${best} is still the best: ${number(now[best])}`);
+  } else {
+    lines.push(`★ ${best} is the best now: ${number(now[best])}, was rank ${then.indexOf(best) + 1}`);
+    const rank = order.indexOf(former) + 1;
+    const fate = now[former] === null ? "it diverged" : `now rank ${rank}, ${number(now[former])}`;
+    lines.push(`☆ ${former} was the best: ${fate}`);
   }
-  place.replaceChildren(
-    ...lines.map(([words, kind = ""]) => {
-      const line = document.createElement("p");
-      line.textContent = words;
-      line.className = kind;
-      return line;
-    }),
-  );
+  lines.push(`mean change ${differences.length ? number(mean, 3, true) : "unknown"} voxel widths`);
+  if (diverged) lines.push(`${diverged} designs diverged (×)`);
+  return { best, former, lines };
 }
 
 /** The designs of a path that were the best so far: [{design, at}]. */

@@ -1,10 +1,9 @@
 // A searcher's path over the map: its form, and what is told of it.
 
+import { find } from "./dom.js";
 import { improvements, pathInShort } from "./panels.js";
-import { Newest, Refused, work } from "./server.js";
+import { compute, Newest, Refused } from "./server.js";
 import { DEFAULTS, PATH } from "./state.js";
-
-const find = (id) => document.getElementById(id);
 
 /** The form of paths; calls onChange(fields) when it has brought another one, or none. */
 export class PathPanel {
@@ -81,7 +80,7 @@ export class PathPanel {
     find("path-text").textContent = "";
     try {
       const path = await this.#asked.ask((signal) =>
-        work("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
+        compute("/api/path", asked, signal, (done, total) => (bar.value = done / total)),
       );
       if (!path) return; // a newer one is under way, and the bar is its own
       this.#path = { ...path, fields: asked, best: improvements(path) };
@@ -108,14 +107,14 @@ export class PathPanel {
 
   #draw() {
     const upto = Number(find("upto").value);
-    this.#map.showPath({ ...this.#path, upto });
+    this.#map.show({ path: { ...this.#path, upto } });
     find("path-text").textContent = pathInShort(this.#path, upto, this.#atlas);
   }
 
   #clear() {
     this.#asked.cancel();
     this.#path = null;
-    this.#map.showPath(null);
+    this.#map.show({ path: null });
     find("upto-row").hidden = true;
     find("path-progress").hidden = true;
     find("path-text").textContent = "";

@@ -1,6 +1,7 @@
 // Small drawings of robots, and the diagram in which one is drawn by clicking its voxels.
 
-const NS = "http://www.w3.org/2000/svg";
+import { element } from "./dom.js";
+
 const AZIMUTH = (-62 * Math.PI) / 180; // as the replay begins
 const ELEVATION = (27 * Math.PI) / 180;
 const TOWARDS = [Math.cos(AZIMUTH), Math.sin(AZIMUTH)];
@@ -18,11 +19,6 @@ const FACES = [
 /** The digits d_0 d_1 ... of a design, as a text. */
 export function digitsOf(design) {
   return Array.from({ length: 8 }, (_, i) => Math.floor(design / 3 ** i) % 3).join("");
-}
-
-/** The number of a design with these digits. */
-function designOf(digits) {
-  return [...digits].reduce((sum, digit, i) => sum + Number(digit) * 3 ** i, 0);
 }
 
 /** Where a site is: [x, y, z]. */
@@ -46,8 +42,8 @@ function nearness(i) {
 export function drawRobot(svg, digits) {
   const order = [...digits].map((_, i) => i).sort((a, b) => nearness(a) - nearness(b));
   const parts = order.filter((i) => digits[i] !== "0").flatMap((i) => cube(siteOf(i), digits[i]));
-  if (!parts.length) parts.push(text("empty"));
-  svg.replaceChildren(...parts);
+  const empty = { x: 0, y: 0, "font-size": 0.5, "text-anchor": "middle", text: "empty" };
+  svg.replaceChildren(...(parts.length ? parts : [element("svg:text", empty)]));
 }
 
 function cube(site, digit) {
@@ -55,28 +51,16 @@ function cube(site, digit) {
     const points = corners.map((corner) => project(corner.map((c, k) => c + site[k])));
     const fill = `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`;
     const shape = { points: points.join(" "), fill, stroke: "#1a1f29", "stroke-width": 0.04 };
-    return element("polygon", { ...shape, "stroke-linejoin": "round" });
+    return element("svg:polygon", { ...shape, "stroke-linejoin": "round" });
   });
   if (digit === "2") {
     // The dot tells active voxels from passive ones without colour.
     for (const place of [[0.5, 0.5, 1], [0.5, 0, 0.5], [1, 0.5, 0.5]]) {
       const [cx, cy] = project(place.map((c, k) => c + site[k]));
-      faces.push(element("circle", { cx, cy, r: 0.1, fill: "#1a1f29" }));
+      faces.push(element("svg:circle", { cx, cy, r: 0.1, fill: "#1a1f29" }));
     }
   }
   return faces;
-}
-
-function text(words) {
-  const made = element("text", { x: 0, y: 0, "font-size": 0.5, "text-anchor": "middle" });
-  made.textContent = words;
-  return made;
-}
-
-function element(name, attributes) {
-  const made = document.createElementNS(NS, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  return made;
 }
 
 /** The 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to active. */
@@ -84,36 +68,24 @@ export class Editor {
   #digits = "00000000";
   #buttons = [];
 
-  /**
-   * @param {HTMLElement} parent
-   * @param {(design: number) => void} onChange
-   */
+  /** Fill an element; calls onChange(digits). */
   constructor(parent, onChange) {
     for (const z of [1, 0]) {
-      const layer = document.createElement("fieldset");
-      const legend = document.createElement("legend");
-      legend.textContent = z ? "upper layer" : "lower layer";
-      layer.append(legend);
-      for (const i of [2, 3, 0, 1].map((place) => place + 4 * z)) {
-        layer.append(this.#button(i, onChange));
-      }
-      parent.append(layer);
+      const legend = element("legend", { text: z ? "upper layer" : "lower layer" });
+      const buttons = [2, 3, 0, 1].map((place) => this.#button(place + 4 * z, onChange));
+      parent.append(element("fieldset", {}, legend, ...buttons));
     }
-    const note = document.createElement("p");
-    note.className = "quiet-text";
-    note.textContent = "Click a voxel: absent, passive, active. x to the right, y upward.";
-    parent.append(note);
+    const text = "Click a voxel: absent, passive, active. x to the right, y upward.";
+    parent.append(element("p", { class: "quiet-text", text }));
   }
 
   #button(i, onChange) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.dataset.site = i;
+    const button = element("button", { type: "button", "data-site": i });
     button.addEventListener("click", () => {
       const digits = [...this.#digits];
       digits[i] = (Number(digits[i]) + 1) % 3;
       this.show(digits.join(""));
-      onChange(designOf(this.#digits));
+      onChange(this.#digits);
     });
     this.#buttons[i] = button;
     return button;

@@ -1,8 +1,5 @@
 // Talking to the server.
 
-/** What this tab is called: its newest request wins over its older ones. */
-const CLIENT = crypto.randomUUID();
-
 /** A request that the server refused; `parameter` names what was wrong, where it was one. */
 export class Refused extends Error {
   constructor(message, parameter = null) {
@@ -39,11 +36,11 @@ export class Newest {
   }
 }
 
-async function request(path, options) {
-  const response = await fetch(path, options).catch(broken);
+async function request(path, query, signal) {
+  const response = await fetch(address(path, query), { signal }).catch(broken);
   if (response.ok) return response;
-  const told = await response.json().catch(() => ({ error: `status ${response.status}` }));
-  throw new Refused(told.error, told.parameter);
+  const answer = await response.json().catch(() => ({ error: `status ${response.status}` }));
+  throw new Refused(answer.error, answer.parameter);
 }
 
 /** The address of an answer. */
@@ -54,23 +51,17 @@ export function address(path, query = {}) {
 
 /** Return the JSON at an address. */
 export async function get(path, query, signal) {
-  return (await request(address(path, query), { signal })).json().catch(broken);
+  return (await request(path, query, signal)).json().catch(broken);
 }
 
-/** Ask for long work: calls `progress(done, total)`, and returns its result. */
-export async function work(path, body, signal, progress) {
-  const response = await request(path, {
-    method: "POST",
-    headers: { "content-type": "application/json" },
-    body: JSON.stringify({ client: CLIENT, ...body }),
-    signal,
-  });
+/** Ask for a long computation: calls `progress(done, total)`, and returns its result. */
+export async function compute(path, query, signal, progress) {
+  const response = await request(path, query, signal);
   for await (const event of lines(response.body)) {
     if (event.event === "progress") progress(event.done, event.total);
     else if (event.event === "done") return event;
     else if (event.event === "error") throw new Refused(event.error);
-    else break; // the server ends
-  }
+  } // or the server ended
   throw new Refused(UNREACHABLE);
 }
 

@@ -58,8 +58,8 @@ export class SoftvoxPlayer {
   #tick = 0; // the animation frame asked for, 0 where paused
 
   /**
-   * @param {HTMLElement} element Filled by the player. Where there is no WebGL 2 it keeps what it
-   *   held (a still picture, say) under a message.
+   * @param {HTMLElement} element Filled by the player. What it held (a still picture, say) is shown
+   *   under a message while there is no WebGL 2.
    * @param {object} [recording] Shown at once.
    * @param {object} [options]
    * @param {boolean} [options.autoplay=true] Never where the reader asked for reduced motion.
@@ -70,11 +70,10 @@ export class SoftvoxPlayer {
     this.#fallback = [...element.childNodes];
     element.player = this;
     element.classList.add("softvox-player");
-    if (!this.#build(speed)) return;
+    this.#build(speed);
     if (recording) {
       this.load(recording);
-      const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-      if (autoplay && !still) this.play();
+      if (autoplay) this.autoplay();
     }
   }
 
@@ -103,7 +102,7 @@ export class SoftvoxPlayer {
    * the robot where it follows, else of its path.
    */
   get view() {
-    return { ...this.#view, follow: this.#find(".follow")?.checked ?? true };
+    return { ...this.#view, follow: this.#find(".follow").checked };
   }
 
   set view({ follow, ...change }) {
@@ -111,7 +110,7 @@ export class SoftvoxPlayer {
     for (const [name, limits] of Object.entries(LIMITS)) {
       this.#view[name] = clamp(this.#view[name], limits);
     }
-    if (follow !== undefined && this.#find(".follow")) this.#find(".follow").checked = follow;
+    if (follow !== undefined) this.#find(".follow").checked = follow;
     this.#draw();
   }
 
@@ -128,12 +127,8 @@ export class SoftvoxPlayer {
     }
     this.#recording = recording;
     this.#still = still;
-    if (!this.#isBuilt) {
-      this.#element.replaceChildren(message(NO_WEBGL), ...this.#picture());
-      return;
-    }
-    if (this.supported) this.#scene.load(recording);
-    else this.#cover();
+    this.#scene?.load(recording);
+    this.#cover();
     this.#find(".frame").max = recording.frames - 1;
     const labels = recording.robots.map(() => {
       const label = document.createElement("div");
@@ -166,11 +161,16 @@ export class SoftvoxPlayer {
     this.#showPlaying();
   }
 
+  /** Run the clock unless the reader asked for reduced motion. */
+  autoplay() {
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+  }
+
   /** Stop the clock. */
   pause() {
     cancelAnimationFrame(this.#tick);
     this.#tick = 0;
-    if (this.#isBuilt) this.#showPlaying();
+    this.#showPlaying();
   }
 
   /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
@@ -189,28 +189,21 @@ export class SoftvoxPlayer {
     this.#scene = null;
     this.#recording = null;
     this.#element.replaceChildren(...this.#fallback);
-    this.#element.classList.remove("softvox-player");
+    this.#element.classList.remove("softvox-player", "softvox-still");
     delete this.#element.player;
   }
 
-  /** Fill the element; return whether there is WebGL. */
   #build(speed) {
-    const content = document.createElement("template");
-    content.innerHTML = CONTROLS;
-    const canvas = content.content.querySelector("canvas");
-    this.#scene = Scene.on(canvas);
-    if (!this.#scene) {
-      this.#element.prepend(message(NO_WEBGL));
-      return false;
-    }
-    this.#element.replaceChildren(content.content);
+    this.#element.innerHTML = CONTROLS;
+    const canvas = this.#find("canvas");
     canvas.title = HELP;
+    this.#scene = Scene.on(canvas);
     this.#fillSpeeds(speed);
     drawWave(this.#find(".softvox-pump"));
     this.#find(".follow").checked = true;
     this.#listen(canvas);
     this.#showPlaying();
-    return true;
+    this.#cover();
   }
 
   #fillSpeeds(speed) {
@@ -234,9 +227,16 @@ export class SoftvoxPlayer {
     listen(canvas, this.#actions(), signal);
     on(canvas, "webglcontextlost", (event) => {
       event.preventDefault(); // or it could not come back
-      this.#lose();
+      this.pause();
+      this.#scene = null;
+      this.#cover(LOST);
     });
-    on(canvas, "webglcontextrestored", () => this.#restore(canvas));
+    on(canvas, "webglcontextrestored", () => {
+      this.#scene = Scene.on(canvas);
+      if (this.#recording) this.#scene?.load(this.#recording);
+      this.#cover(LOST);
+      this.#show(this.#frame);
+    });
     this.#sizes = new ResizeObserver(() => this.#draw());
     this.#sizes.observe(canvas);
   }
@@ -264,44 +264,20 @@ export class SoftvoxPlayer {
     else this.play();
   }
 
-  /** Whether there are controls: they come with WebGL, and stay where it is lost. */
-  get #isBuilt() {
-    return this.#find(".softvox-stage") !== null;
-  }
-
   get #names() {
     return this.#recording.robots.map((robot) => robot.label).join("; ");
   }
 
-  /** What stands in for the robots. */
-  #picture() {
-    if (!this.#still) return this.#fallback.map((node) => node.cloneNode(true));
-    return [Object.assign(new Image(), { src: this.#still, alt: this.#names })];
-  }
-
-  /** Show a still picture while the browser gives no graphics. */
-  #lose() {
-    if (!this.supported) return;
-    this.pause();
-    this.#scene = null;
-    this.#cover();
-  }
-
-  #cover() {
+  /** Show a message and a still picture while the browser gives no graphics; else take them away. */
+  #cover(reason = this.#find(".softvox-message")?.textContent ?? NO_WEBGL) {
     this.#find(".softvox-lost")?.remove();
-    const cover = document.createElement("div");
-    cover.className = "softvox-lost";
-    cover.append(message(LOST), ...this.#picture());
+    this.#element.classList.toggle("softvox-still", !this.supported);
+    if (this.supported) return;
+    const message = Object.assign(document.createElement("p"), { className: "softvox-message", textContent: reason });
+    const picture = this.#still && Object.assign(new Image(), { src: this.#still, alt: this.#names });
+    const cover = Object.assign(document.createElement("div"), { className: "softvox-lost" });
+    cover.append(message, ...(picture ? [picture] : this.#fallback.map((node) => node.cloneNode(true))));
     this.#find(".softvox-stage").append(cover);
-  }
-
-  #restore(canvas) {
-    this.#scene = Scene.on(canvas);
-    if (!this.supported) return;
-    this.#find(".softvox-lost")?.remove();
-    if (!this.#recording) return;
-    this.#scene.load(this.#recording);
-    this.#show(this.#frame);
   }
 
   #advance(seconds) {
@@ -313,7 +289,7 @@ export class SoftvoxPlayer {
 
   #show(frame) {
     this.#frame = frame;
-    if (!this.#isBuilt) return;
+    if (!this.#recording) return;
     this.#draw();
     const { seconds_per_frame: step, settle_time: settle, frequency_hz } = this.#recording;
     const time = frame * step;
@@ -341,11 +317,4 @@ export class SoftvoxPlayer {
       label.firstChild.textContent = isSmall ? short : whole;
     });
   }
-}
-
-function message(text) {
-  const made = document.createElement("p");
-  made.className = "softvox-message";
-  made.textContent = text;
-  return made;
 }

@@ -6,7 +6,6 @@
  */
 
 import { boxOf, cameraOf } from "./camera.js";
-import { floats, numbers } from "./numbers.js";
 import { CUBES, FLOOR, SHADOW, TRAIL } from "./shaders.js";
 
 const SHADOW_LAYERS = 24; // shadows of one cube laid over each other, for a soft edge
@@ -163,8 +162,8 @@ export class Scene {
       background: style.background,
       floor_colour: style.floor,
       ink: style.ink,
-      x_axis: style.axes[0],
-      y_axis: style.axes[1],
+      x_axis: style.axis_colours[0],
+      y_axis: style.axis_colours[1],
     });
     for (let i = 0; i < 4; i++) gl.disableVertexAttribArray(i);
     gl.disable(gl.DEPTH_TEST);
@@ -280,4 +279,23 @@ function compiled(gl, ...sources) {
     places[name] = gl.getUniformLocation(program, name);
   }
   return { program, places };
+}
+
+/** Return the numbers that a recording holds as 16-bit counts, base64 and little-endian. */
+function numbers({ data, offset, scale }) {
+  const text = atob(data);
+  const size = offset.length;
+  const values = new Float32Array(text.length / 2);
+  for (let i = 0; i < values.length; i++) {
+    const count = text.charCodeAt(2 * i) + 256 * text.charCodeAt(2 * i + 1);
+    values[i] = offset[i % size] + scale[i % size] * count;
+  }
+  return values;
+}
+
+/** Return the numbers that a recording holds as 32-bit floats, base64 and little-endian. */
+function floats(data) {
+  const bytes = Uint8Array.from(atob(data), (character) => character.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Float32Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
 }

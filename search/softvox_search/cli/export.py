@@ -1,0 +1,50 @@
+"""softvox export: results for the tools of others."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from softvox_gym.cli.terminal import bad_input
+from softvox_gym.files import check_folder
+from softvox_search.cli.compare import make_folder, needs, writing
+
+DESCRIPTION = """\
+Write the results of softvox compare in the format of IOHprofiler, which
+IOHanalyzer and iohinspector read: a folder per searcher and policy, in it a
+JSON file and a data file per level of noise. Instances are the physics and
+shapes of the experiment, which instances.csv lists; the dimension is the number
+of sites; raw_y is the fitness that the searcher was told, voxel widths.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "export",
+        help="write results for IOHprofiler's tools",
+        description=DESCRIPTION,
+        usage="softvox export RESULTS --out DIR [--format ioh] [--force]",
+    )
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of results")
+    parser.add_argument("--format", choices=("ioh",), default="ioh", help="(default: ioh)")
+    parser.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder to write")
+    parser.add_argument("--force", action="store_true", help="write into a folder with other files")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Read the results and write them."""
+    with needs("export"):
+        from softvox_search.experiment.export import ioh
+        from softvox_search.experiment.results import read
+
+        results = read(args.results)
+    make_folder(args.out)
+    with bad_input("--out"):
+        check_folder(args.out, (), force=args.force)
+    with writing(args.out):
+        files = ioh(results, args.out)
+    print(f"wrote into {args.out}: {len(files)} files of {len(results.runs)} runs")
+    return 0

@@ -1,0 +1,51 @@
+"""softvox leaderboard: how searchers stand, from folders of results."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from softvox_search.cli.compare import needs, warn
+
+DESCRIPTION = """\
+Show how the searchers of any number of folders of results stand, a table per
+problem (physics, shape, level of noise), best first. A run counts once.
+  value   median over the runs of what the recommended design is worth without
+          noise, voxel widths; best is the best of them
+  regret  what the median lacks to the optimum, voxel widths
+  found   share of the runs that evaluated an optimal design
+  ert     expected evaluations, cached ones left out, until that happened
+regret, found and ert are shown where the optimum is known: on 2x2x2.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "leaderboard",
+        help="how searchers stand, from folders of results",
+        description=DESCRIPTION,
+        usage="softvox leaderboard RESULTS... [--json | --csv]",
+    )
+    parser.add_argument("results", type=Path, nargs="+", metavar="RESULTS", help="folder")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="print JSON")
+    form.add_argument("--csv", action="store_true", help="print CSV")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Read the folders and print the table."""
+    with needs("leaderboard"):
+        from softvox_search.experiment.leaderboard import as_json, as_text, leaderboard
+        from softvox_search.experiment.results import read
+
+        table, notes = leaderboard([read(folder) for folder in args.results])
+    for note in notes:
+        warn(note)
+    if args.csv:
+        print(table.to_csv(index=False), end="")
+    else:
+        print(as_json(table) if args.json else as_text(table))
+    return 0

@@ -1,0 +1,58 @@
+"""softvox merge: the parts of an experiment into one folder of results."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from softvox_gym.cli.terminal import complain
+from softvox_search.cli.compare import check_report, make_folder, needs, warn, writing
+from softvox_search.cli.own_code import look_in
+
+DESCRIPTION = """\
+Put together what softvox compare FILE.toml --part K/N has written, into one
+folder or several, and write the report. The result is the same bytes, but for
+manifest.json, as that of one softvox compare. Where runs are still missing the
+others are kept, the exit status is 1, and the command that does them is named.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "merge",
+        help="put the parts of an experiment together",
+        description=DESCRIPTION,
+        usage="softvox merge DIR... --out ALL [options]",
+    )
+    parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="with parts")
+    parser.add_argument("--out", type=Path, metavar="ALL", required=True, help="folder of results")
+    parser.add_argument(
+        "--force", action="store_true", help="throw earlier results in that folder away"
+    )
+    parser.add_argument("--no-report", action="store_true", help="write no report")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Copy the runs and sum them up; 1 where some are missing."""
+    look_in(Path.cwd())
+    with needs("merge"):
+        from softvox_search.experiment.compare import Plan, merge
+    if not args.no_report:
+        check_report()
+    make_folder(args.out)
+    plan = Plan(workers=1, force=args.force, report=not args.no_report)
+    with writing(args.out):
+        outcome = merge(args.folders, args.out, plan, say=warn)
+    print(f"{outcome.total - outcome.missing} of {outcome.total} runs are in {args.out}")
+    if outcome.missing:
+        complain(
+            "error",
+            f"{outcome.missing} runs are missing; {outcome.command} --out {args.out} does them",
+        )
+        return 1
+    shown = ", ".join(name for name in outcome.files if "/" not in name)
+    print(f"wrote into {args.out}: {shown}")
+    return 0

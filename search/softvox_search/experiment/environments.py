@@ -1,0 +1,164 @@
+"""The environments of a problem, and whether everything that an experiment names can be made."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from importlib import import_module
+from itertools import product
+from typing import Any, TypeVar
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import VectorEnv
+
+from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
+from softvox_gym.wrappers import is_noisy, silent, vector
+from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant
+from softvox_search.oracle import MakeEnv
+from softvox_search.policies import with_policy
+from softvox_search.registry import make
+
+T = TypeVar("T")
+
+#: What the oracle reads of the infos of a step.
+NEEDED = ("displacement", "diverged", "steps")
+
+
+class Environments:
+    """Makes the environments of problems, and keeps them for the runs that follow.
+
+    An environment costs more to make than a batch from the table, and holds nothing from one batch
+    to the next: every reset seeds its noise. A wrapper from elsewhere may hold something, so those
+    are made anew for every run.
+    """
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[str, int], VectorEnv[Any, Any, Any]] = {}
+
+    def of(self, problem: Problem) -> MakeEnv:
+        """Return what makes the environments of a problem."""
+        is_kept = not any(":" in wrapper["name"] for wrapper in problem.wrappers)
+        made = self._made if is_kept else {}
+
+        def make_env(num_envs: int) -> VectorEnv[Any, Any, Any]:
+            key = (repr(problem), num_envs)
+            if key not in made:
+                made[key] = _environment(problem, num_envs)
+            return made[key]
+
+        return make_env
+
+
+def answers_from_table(problem: Problem) -> bool:
+    """Return whether the table gives the engine's bits.
+
+    It does where nothing disturbs the simulation itself: noise on the measurement may, but what a
+    wrapper from elsewhere does is not known.
+    """
+    return (
+        problem.table
+        and problem.shape == Lattice()
+        and problem.is_published
+        and not any(
+            ":" in wrapper["name"] or (wrapper["name"] == NOISE and wrapper.get("level", 1) != 0)
+            for wrapper in problem.stack()
+        )
+    )
+
+
+def check(experiment: Experiment, place: str) -> None:
+    """Make every environment and every searcher once, before the work.
+
+    Raises
+    ------
+    UsageError
+        For a wrapper, a policy or a searcher that can't be made as the file says; it begins with
+        the place.
+    """
+    environments, noisy = Environments(), experiment.levels is not None
+    for problem in experiment.problems():
+        names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"
+        env = _tried(
+            f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape}",
+            lambda: _stepped(environments.of(problem)(1), problem),  # noqa: B023, called at once
+        )
+        noisy = is_noisy(env) or noisy
+    if experiment.policies and not noisy:
+        raise UsageError(
+            f"{place}: [[policies]] are against the luck of noisy evaluations, and nothing is "
+            "noisy here; give levels or a wrapper with noise, or drop them"
+        )
+    for choice, shape in product(experiment.searcher_choices(), experiment.shapes()):
+        searcher = _tried(
+            f"{place}: [[searchers]] {choice.label}",
+            lambda: make(choice.name, np.random.default_rng(0), space=shape, **choice.options),  # noqa: B023
+        )
+        for policy in experiment.policies:
+            _tried(
+                f"{place}: [[policies]] {policy.name}: with {choice.label}",
+                lambda: with_policy(searcher, policy.policy, shape, choice.budget),  # noqa: B023
+            )
+
+
+def _tried(place: str, what: Callable[[], T]) -> T:
+    """Return what a call returns; whatever one's own code raises becomes one line."""
+    try:
+        return what()
+    except (ImportError, TypeError, ValueError) as error:
+        raise UsageError(f"{place}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise UsageError(f"{place}: can't be made: {type(error).__name__}: {error}") from error
+
+
+def _environment(problem: Problem, num_envs: int) -> Any:
+    env: Any
+    if answers_from_table(problem):
+        env = gym.make_vec(TABLE_ENV_ID, num_envs=num_envs)
+    else:  # one thread: the runs themselves are in parallel
+        options: dict[str, Any] = {"shape": problem.shape, "physics": problem.values, "threads": 1}
+        env = gym.make_vec(ENV_ID, num_envs=num_envs, **options)
+    for wrapper in problem.stack():
+        env = _wrapped(env, **wrapper)
+    return env
+
+
+def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
+    if ":" in name:
+        module, _, attribute = name.partition(":")
+        kind = getattr(import_module(module), attribute, None)
+        if kind is None:
+            raise ImportError(f"module {module} has no {attribute}")
+    else:
+        known = [name for name in vector.__all__ if name != "is_noisy"]
+        if name not in known:
+            raise ValueError(
+                f"there is no wrapper {name!r}{meant(name, known)}; they are {', '.join(known)}, and "
+                "your own as package.module:Class"
+            )
+        kind = getattr(vector, name)
+    try:
+        inspect.signature(kind).bind(env, **options)
+    except TypeError as error:
+        keys = ", ".join(list(inspect.signature(kind).parameters)[1:])
+        raise TypeError(f"{name}: {error}; its keys are {keys}") from None
+    made = kind(env, **options)
+    if silent(made) is not None:
+        raise TypeError(
+            f"{name}: doesn't say whether two evaluations of one design may differ; give it an "
+            "attribute is_noisy, True or False"
+        )
+    return made
+
+
+def _stepped(env: Any, problem: Problem) -> Any:
+    """Try one design where there are wrappers of one's own, which may drop what is needed."""
+    if any(":" in wrapper["name"] for wrapper in problem.wrappers):
+        env.reset(seed=0)
+        infos = env.step(np.zeros(env.action_space.shape, dtype=np.int64))[4]
+        if lacks := [name for name in NEEDED if name not in infos]:
+            raise ValueError(
+                f"the step's infos lack {', '.join(lacks)}; pass on all that the environment "
+                "within gives"
+            )
+    return env

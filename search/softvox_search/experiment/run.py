@@ -1,0 +1,129 @@
+"""One run of an experiment: its identity, its random streams, and what comes of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from functools import lru_cache
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from softvox_gym.manifest import engine_probe
+from softvox_search.experiment.environments import Environments
+from softvox_search.experiment.schema import Run
+from softvox_search.log import Columns, digest
+from softvox_search.log import identity as design_identity
+from softvox_search.oracle import Oracle
+from softvox_search.policies import Policy, with_policy
+from softvox_search.registry import make
+from softvox_search.run import believed
+from softvox_search.run import run as search
+
+#: Libraries that draw for searchers, or compute for them; a version may change the bits.
+LIBRARIES = ("cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "scipy")
+
+#: Columns of runs.csv, behind the identity of the run.
+SUMMARY = (
+    "searcher",
+    "physics",
+    "shape",
+    "level",
+    "policy",
+    "seed",
+    "status",
+    "unique",
+    "evaluations",
+    "steps",
+    "recommended",
+    "believed",
+    "digest",
+)
+
+
+@lru_cache(maxsize=1)
+def made_with() -> dict[str, Any]:
+    """Return what every run's result depends on besides the experiment, ready for JSON.
+
+    The versions of Python and of the libraries, None for one that is not installed; and a digest
+    of what the loaded engine makes of some designs.
+    """
+    versions: dict[str, str | None] = {
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        **dict.fromkeys(LIBRARIES),
+    }
+    for library in LIBRARIES:
+        try:
+            versions[library] = metadata.version(library)
+        except metadata.PackageNotFoundError:
+            continue
+    return {"versions": versions, "engine_probe": engine_probe()}
+
+
+def identity(run: Run, made_with: dict[str, Any]) -> str:
+    """Return the SHA-256 of all that a run's result depends on."""
+    return _sha256({**run.to_dict(), **made_with}).hex()
+
+
+def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
+    """Return a run's own generators, of its searcher and of its noise seeds.
+
+    They are keyed by the names of searcher, physics, shape, level and policy and by the seed, so
+    that whatever else an experiment asks for changes no run.
+    """
+    words = np.frombuffer(_sha256(run.names()), dtype="<u4").tolist()
+    of_searcher, of_noise = np.random.SeedSequence(run.entropy, spawn_key=words).spawn(2)
+    return np.random.default_rng(of_searcher), np.random.default_rng(of_noise)
+
+
+def do(run: Run, environments: Environments) -> tuple[dict[str, Any], Columns]:
+    """Do a run.
+
+    Parameters
+    ----------
+    run : Run
+    environments : Environments
+        What was made there for other runs is used again.
+
+    Returns
+    -------
+    summary : dict
+        One value for each of `SUMMARY`; None where there is none.
+    columns : dict of ndarray
+        The log.
+
+    Raises
+    ------
+    Exception
+        Whatever the searcher raises.
+    """
+    rng, noise = streams(run)
+    choice, problem = run.searcher, run.problem
+    # At level 0 a repeated evaluation costs what it costs at the others, so that budgets are equal.
+    noisy = True if problem.level is not None else None
+    oracle = Oracle(environments.of(problem), choice.budget, rng=noise, noisy=noisy)
+    searcher = make(choice.name, rng, space=problem.shape, **choice.options)
+    if oracle.noisy:
+        policy = run.policy.policy if run.policy else Policy()
+        searcher = with_policy(searcher, policy, problem.shape, choice.budget)
+    recommended = search(searcher, oracle, name=choice.label)
+    columns = oracle.log.columns()
+    summary = {
+        **run.names(),
+        "status": "ok",
+        "unique": oracle.unique,
+        "evaluations": oracle.evaluations,
+        "steps": oracle.steps,
+        "recommended": design_identity(recommended),
+        "believed": believed(searcher, recommended, columns),
+        "digest": digest(columns),
+    }
+    return summary, columns
+
+
+def _sha256(value: dict[str, Any]) -> bytes:
+    """Return the SHA-256 of a value's canonical JSON."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).digest()

@@ -1,0 +1,447 @@
+"""What an experiment is, how it is read from its TOML file, and the runs that it asks for."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import msgspec
+from msgspec import Meta, Struct
+from msgspec.structs import asdict
+
+from softvox_gym import Lattice, Physics
+from softvox_gym.cli.terminal import BadInputError
+from softvox_search.oracle import Budget
+from softvox_search.policies import Policy
+
+NOISE = "JakobiNoise"
+
+#: Runs of an experiment.
+MOST_RUNS = 10**6
+
+#: Seeds of numpy's own making have 128 bits.
+MOST_ENTROPY = 2**128 - 1
+
+Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
+Level = Annotated[float, Meta(ge=0)]
+Name = Annotated[str, Meta(min_length=1)]
+Plain = bool | int | float | str | list[Any]
+
+
+class UsageError(BadInputError):
+    """What was given can't be used: one line that names it and the remedy."""
+
+
+class BudgetKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The table [budget], and the budget of a searcher; see `softvox_search.oracle.Budget`."""
+
+    unique: Count | None = None
+    evaluations: Count | None = None
+    steps: Count | None = None
+    cpu_seconds: Annotated[float, Meta(gt=0)] | None = None
+
+    def within(self, common: BudgetKeys) -> Budget:
+        """Return the budget, with the common one's keys where it doesn't have its own."""
+        given = {**asdict(common), **{key: n for key, n in asdict(self).items() if n is not None}}
+        return Budget(**given)
+
+
+class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[policies]]: a name, and what `softvox_search.policies.Policy` takes."""
+
+    name: Name
+    running_mean: bool = False
+    reevaluate_parents: bool = False
+    final_stage: bool = False
+    finalists: Count = 10
+    resamples: Count = 8
+
+    @property
+    def policy(self) -> Policy:
+        """The policy itself."""
+        return Policy(**{key: value for key, value in asdict(self).items() if key != "name"})
+
+
+class SearcherKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[searchers]]; an option that is a list makes a searcher of each of its values."""
+
+    name: Name
+    label: Name | None = None
+    options: dict[str, Plain] = {}
+    seeds: Count | None = None
+    budget: BudgetKeys = BudgetKeys()
+
+
+class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The file: what the runs depend on, and how many there are.
+
+    `softvox compare --help` explains the keys.
+    """
+
+    seeds: Count
+    entropy: Annotated[int, Meta(ge=0)] = 0
+    title: str = ""
+    budget: BudgetKeys
+    physics: str | dict[str, Any] | list[str | dict[str, Any]] = "published"
+    shape: Annotated[list[Count | list[Count]], Meta(min_length=1)] = msgspec.field(
+        default_factory=lambda: [2, 2, 2]
+    )
+    table: bool = True
+    levels: Annotated[list[Level], Meta(min_length=1)] | None = None
+    wrappers: list[dict[str, Any]] = []
+    policies: list[PolicyChoice] = []
+    searchers: Annotated[list[SearcherKeys], Meta(min_length=1)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it ready for JSON; `of_dict` reads it back."""
+        return cast(dict[str, Any], msgspec.to_builtins(self))
+
+    def problems(self) -> list[Problem]:
+        """Return physics x shape x level, the level changing fastest."""
+        given = self.physics if isinstance(self.physics, list) else [self.physics]
+        return [
+            Problem(
+                physics=_label(physics),
+                values=physics
+                if isinstance(physics, str)
+                else {key: value for key, value in physics.items() if key != "label"},
+                shape=shape,
+                level=level,
+                wrappers=tuple(self.wrappers),
+                table=self.table,
+            )
+            for physics, shape, level in product(given, self.shapes(), self.levels or (None,))
+        ]
+
+    def shapes(self) -> list[Lattice]:
+        """Return the lattices."""
+        given: list[Any] = self.shape
+        return [Lattice.of(one) for one in (given if isinstance(given[0], list) else [given])]
+
+    def searcher_choices(self) -> list[SearcherChoice]:
+        """Return the searchers, one for every combination of options that are lists."""
+        return [choice for row in self.searchers for choice in self._swept(row)]
+
+    def _swept(self, row: SearcherKeys) -> Iterator[SearcherChoice]:
+        swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
+        for values in product(*swept.values()):
+            options = dict(zip(swept, values, strict=True))
+            yield SearcherChoice(
+                name=row.name,
+                label=(row.label or row.name) + (f"({_shown(options)})" if options else ""),
+                options={**row.options, **options},
+                seeds=row.seeds or self.seeds,
+                budget=row.budget.within(self.budget),
+            )
+
+    def runs(self) -> list[Run]:
+        """Return all runs: searcher x problem x policy x seed, the seed changing fastest."""
+        problems = self.problems()
+        policies: Sequence[PolicyChoice | None] = self.policies or [None]
+        return [
+            Run(searcher=searcher, problem=problem, policy=policy, seed=seed, entropy=self.entropy)
+            for searcher in self.searcher_choices()
+            for problem in problems
+            for policy in policies
+            for seed in range(searcher.seeds)
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """What a searcher is put to.
+
+    Parameters
+    ----------
+    physics : str
+        Its label.
+    values : str or dict
+        The physics, as `Physics.of` takes it.
+    shape : Lattice
+    level : float or None
+        Of `JakobiNoise`; None without that axis.
+    wrappers : tuple of dict
+        From the environment outward: "name", and the wrapper's arguments.
+    table : bool
+        Whether the exact table answers where nothing disturbs the simulation; the bits are the
+        same.
+    """
+
+    physics: str = "published"
+    values: str | dict[str, Any] = "published"
+    shape: Lattice = Lattice()  # noqa: RUF009, immutable
+    level: float | None = None
+    wrappers: tuple[dict[str, Any], ...] = ()
+    table: bool = True
+
+    @property
+    def is_published(self) -> bool:
+        """Whether it is the published run's physics."""
+        return not self.changes
+
+    @cached_property
+    def changes(self) -> dict[str, Any]:
+        """What differs from the published physics, ready for JSON."""
+        base, values = Physics.published().to_dict(), Physics.of(self.values).to_dict()
+        return {name: value for name, value in values.items() if value != base[name]}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what results depend on, ready for JSON.
+
+        Of the physics only the changes, so that a parameter that the package gains later changes no
+        run's identity.
+        """
+        return {
+            "physics": self.changes,
+            "shape": list(self.shape),
+            "level": self.level,
+            "wrappers": list(self.wrappers),
+        }
+
+    def stack(self) -> list[dict[str, Any]]:
+        """Return the wrappers from the environment outward, the noise of the level among them."""
+        if self.level is None:
+            return list(self.wrappers)
+        level = {"name": NOISE, "level": self.level}
+        if not any(wrapper["name"] == NOISE for wrapper in self.wrappers):
+            return [level, *self.wrappers]
+        return [{**w, **level} if w["name"] == NOISE else w for w in self.wrappers]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearcherChoice:
+    """A searcher of the comparison.
+
+    Parameters
+    ----------
+    name : str
+        In the registry, or "package.module:Class".
+    label : str
+        What reports call it.
+    options : dict
+        What it is made with.
+    seeds : int
+        Runs on each problem under each policy.
+    budget : Budget
+        Of each run.
+    """
+
+    name: str
+    label: str
+    options: dict[str, Any] = field(default_factory=dict)
+    seeds: int = 1
+    budget: Budget
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """A searcher on a problem under a policy, with the index of a seed.
+
+    Parameters
+    ----------
+    searcher : SearcherChoice
+    problem : Problem
+    policy : PolicyChoice or None
+    seed : int
+    entropy : int
+        Of the experiment.
+    """
+
+    searcher: SearcherChoice
+    problem: Problem = field(default_factory=Problem)
+    policy: PolicyChoice | None = None
+    seed: int = 0
+    entropy: int = 0
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether it gives the same bits each time: not where its budget is in CPU seconds."""
+        return self.searcher.budget.cpu_seconds is None
+
+    def names(self) -> dict[str, Any]:
+        """Return the names by which reports, and the random streams, tell it from others."""
+        return {
+            "searcher": self.searcher.label,
+            "physics": self.problem.physics,
+            "shape": str(self.problem.shape),
+            "level": self.problem.level,
+            "policy": self.policy.name if self.policy else "",
+            "seed": self.seed,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all that its result depends on of the experiment, ready for JSON."""
+        budget = {name: value for name, value in vars(self.searcher.budget).items() if value}
+        return {
+            "names": self.names(),
+            "entropy": self.entropy,
+            "searcher": {"name": self.searcher.name, "options": self.searcher.options},
+            "budget": budget,
+            "problem": self.problem.to_dict(),
+            "policy": vars(self.policy.policy) if self.policy else None,
+        }
+
+    def __str__(self) -> str:
+        known = {key: value for key, value in self.names().items() if value not in (None, "")}
+        return ", ".join(f"{key} {value}" for key, value in known.items())
+
+
+def read(path: Path) -> Experiment:
+    """Read an experiment from a TOML file.
+
+    Raises
+    ------
+    UsageError
+        For a file that can't be read, an unknown key, one that is missing or a wrong value.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: is not text in UTF-8, as TOML must be") from None
+    except ValueError as error:  # TOMLDecodeError, and numbers with more digits than Python reads
+        raise UsageError(f"{path}: is not valid TOML: {error}") from None
+    return of_dict({"title": path.stem, **data}, str(path))
+
+
+def of_dict(data: dict[str, Any], place: str) -> Experiment:
+    """Return an experiment from what `tomllib` reads of its file, or `Experiment.to_dict` returns.
+
+    Raises
+    ------
+    UsageError
+        For what is none; it begins with the place.
+    """
+    try:
+        experiment = msgspec.convert(data, Experiment)
+    except msgspec.ValidationError as error:
+        raise UsageError(f"{place}: {_explained(str(error), data)}") from None
+    try:
+        _check(experiment)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{place}: {error}") from None
+    return experiment
+
+
+def meant(given: str, valid: Iterable[str]) -> str:
+    """Return a guess at what was meant, to be put behind an error, or nothing."""
+    close = difflib.get_close_matches(given, list(valid), n=1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+#: The keys of every table of the file.
+KEYS: dict[str, tuple[str, ...]] = {
+    "": Experiment.__struct_fields__,
+    "budget": BudgetKeys.__struct_fields__,
+    "policies": PolicyChoice.__struct_fields__,
+    "searchers": SearcherKeys.__struct_fields__,
+}
+
+
+def _explained(message: str, data: dict[str, Any]) -> str:
+    """Return what msgspec says of a file's content in the file's own words, with the remedy."""
+    said, _, path = message.partition(" - at `$")
+    parts: list[Any] = [
+        int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]`]+", path)
+    ]
+    tables = [part for part in parts if part in KEYS]
+    keys = KEYS[tables[-1] if tables else ""]
+    value: Any = data
+    for part in parts:
+        value = value.get(part) if isinstance(value, dict) else value[part]
+    where = _place(parts, data)
+    if unknown := re.search(r"unknown field `(.*)`", said):
+        name = unknown[1]
+        hint = meant(name, keys)
+        its = f"{hint} Its" if hint else "; its"
+        return f"{where}has no key {name}{its} keys are {', '.join(keys)}"
+    if missing := re.search(r"missing required field `(.*)`", said):
+        close = difflib.get_close_matches(missing[1], set(value) - set(keys), n=1)
+        hint = f"; is {close[0]} meant to be it?" if close else ""
+        return f"{where}lacks the key {missing[1]}{hint}"
+    shown = repr(value)
+    shown = shown if len(shown) < 80 else f"{shown[:60]}..."
+    words = {"Expected": "must be", ", got": ", not", "object": "table", "array": "list", "`": ""}
+    expected = said
+    for theirs, ours in words.items():
+        expected = expected.replace(theirs, ours)
+    return f"{where}{expected}, got {shown}"
+
+
+def _place(parts: list[Any], data: dict[str, Any]) -> str:
+    """Return which table and key a path means: "[[searchers]] no. 2 (ga) seeds "."""
+    match parts:
+        case ["searchers" | "policies" | "wrappers" as kind, int(number), *rest]:
+            row = data[kind][number]
+            name = row.get("label", row.get("name")) if isinstance(row, dict) else None
+            named = f" ({name})" if isinstance(name, str) else ""
+            place = f"[[{kind}]] no. {number + 1}{named} "
+        case ["budget", *rest]:
+            place = "[budget] "
+        case _:
+            place, rest = "", parts
+    key = ".".join(str(part) for part in rest).replace("....", "")
+    return f"{place}{key} " if key else place
+
+
+def _check(experiment: Experiment) -> None:
+    """Refuse what the types of the keys don't rule out; what can't be made `checks` finds."""
+    if experiment.entropy > MOST_ENTROPY:
+        raise ValueError(f"entropy must be at most {MOST_ENTROPY}, of 128 bits")
+    for row in experiment.searchers:
+        if [] in row.options.values():
+            raise ValueError(f"[[searchers]] {row.name} options must not be empty lists")
+    if not all(isinstance(wrapper.get("name"), str) for wrapper in experiment.wrappers):
+        raise ValueError("[[wrappers]] lacks the key name, a text")
+    try:
+        json.dumps(experiment.to_dict(), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
+    number = len(experiment.problems()) * max(1, len(experiment.policies))
+    number *= sum(choice.seeds for choice in experiment.searcher_choices())
+    if number > MOST_RUNS:
+        raise ValueError(
+            f"seeds, searchers, physics, shapes, levels and policies make {number} runs, and at "
+            f"most {MOST_RUNS} are taken; give fewer seeds"
+        )
+    for problem in experiment.problems():
+        try:
+            Physics.of(problem.values)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"physics {problem.physics}: {error}") from None
+    _check_different("[[searchers]]", "label", [one.label for one in experiment.searcher_choices()])
+    _check_different("[[policies]]", "name", [one.name for one in experiment.policies])
+    _check_different("problem", "value", [str(vars(one)) for one in experiment.problems()])
+    labels = {problem.physics: problem.values for problem in experiment.problems()}
+    if any(labels[one.physics] != one.values for one in experiment.problems()):
+        raise ValueError("physics has a label twice; give each table a label of its own")
+    if experiment.levels and any(
+        wrapper["name"] == NOISE and "level" in wrapper for wrapper in experiment.wrappers
+    ):
+        raise ValueError(f"[[wrappers]] {NOISE} has a level of its own beside levels; drop one")
+
+
+def _check_different(kind: str, key: str, names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
+
+
+def _label(physics: str | dict[str, Any]) -> str:
+    if isinstance(physics, str):
+        return physics
+    return str(physics.get("label") or _shown(physics) or "exact")
+
+
+def _shown(values: dict[str, Any]) -> str:
+    texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in values.items()}
+    return ", ".join(f"{key}={text}" for key, text in texts.items())
