@@ -67,8 +67,7 @@ SLIDERS: list[dict[str, Any]] = [
 PHYSICS = (*(slider["name"] for slider in SLIDERS), "actuation")
 
 
-#: Whole numbers, and numbers that the physics does not check, with their bounds. A floor that stands
-#: upright holds no robot.
+#: Bounds of whole numbers, and of what the physics does not check: an upright floor holds no robot.
 WHOLE = {"seed": (0, 10**15), "budget": (1, MOST_BUDGET)}
 DEGREES = {"tilt": 80, "downhill": 360}
 

@@ -58,20 +58,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What a panel shows.
-
-    Parameters
-    ----------
-    name : str
-        What stands before the design's number.
-    design : Design
-    cycle : ndarray, shape (m,)
-    simulated : ndarray, shape (m, 2)
-        x, y in cm from the start.
-    real : tuple of RealTrack
-    compared : tuple of Compared
-        For each real track.
-    """
+    """What a panel shows: tracks in cm from the start, shape (m, 2), at times in cycles."""
 
     name: str
     design: Design
@@ -178,14 +165,7 @@ def tracks_csv(simulated: dict[int, Array]) -> bytes:
 
 
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
-    """Draw a page.
-
-    Parameters
-    ----------
-    panels : sequence of Panel
-    half : float
-        Half a panel's side, cm; a panel whose real tracks need more has a scale of its own.
-    """
+    """Draw a page; a panel that needs more than half a side, cm, has a scale of its own."""
     rows = -(-len(panels) // ACROSS)
     is_compared = any(panel.real for panel in panels)
     height = rows * ROW + FOOT + (LEGEND if is_compared else 0)

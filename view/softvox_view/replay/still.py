@@ -31,10 +31,8 @@ def still(
 
     Parameters
     ----------
-    result : Result
-        Of `simulate(..., frames=every)`.
-    *designs : int
-        Their places in the batch; all where none is given.
+    result, *designs
+        As of `recording`.
     frame : int, optional
         From 0; the last where None.
     panel : (int, int), optional
@@ -43,11 +41,6 @@ def still(
     Returns
     -------
     ndarray of uint8, shape (height, width, 3)
-
-    Raises
-    ------
-    ValueError
-        Where the result has no frames or a place is out of range.
     """
     places = checked_places(result, designs)
     shown = len(frames_of(result).step) - 1 if frame is None else frame
