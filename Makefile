@@ -1,5 +1,6 @@
 # make landscape   set everything up, and simulate all 6561 designs, into OUT=landscape
 # make test        set everything up, and run the tests
+# make test-lowest the same for the quick tests, with the lowest versions that pyproject.toml allows
 # make figures     set everything up, and draw every figure, into figures
 PYTHON ?= python3
 VENV ?= .venv
@@ -10,13 +11,26 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test verify lint sanitize benchmark pictures figures table noise sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
 
 test: $(VENV)/installed
 	$(BIN)/python -m pytest
+
+# Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own.
+# Old libraries' own warnings are not ours.
+LOWEST_TESTS ?= tests/test_bits.py tests/test_physics.py tests/test_simulate.py \
+	tests/test_evaluation.py tests/envs tests/landscapes tests/search/test_adapters.py \
+	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py
+test-lowest:
+	$(PYTHON) -m venv --clear $(VENV)-lowest
+	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \
+		> $(VENV)-lowest/constraints.txt
+	$(VENV)-lowest/bin/python -m pip install --quiet --editable '.[test]' \
+		--constraint $(VENV)-lowest/constraints.txt
+	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS)
 
 verify: $(VENV)/installed
 	$(BIN)/softvox verify

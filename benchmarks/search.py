@@ -50,9 +50,15 @@ def per_second(work: Callable[[], object], evaluations: int) -> float:
 def environment(make_env: MakeEnv, batch: int, evaluations: int) -> float:
     """Return the evaluations per second of a vector environment itself."""
     env = make_env(batch)
-    actions = Lattice().digits(
-        np.random.default_rng(0).integers(0, 3**8, (evaluations // batch + 1, batch)).reshape(-1)
-    ).reshape(-1, batch, 8)
+    actions = (
+        Lattice()
+        .digits(
+            np.random.default_rng(0)
+            .integers(0, 3**8, (evaluations // batch + 1, batch))
+            .reshape(-1)
+        )
+        .reshape(-1, batch, 8)
+    )
     env.reset(seed=0)
     env.step(actions[0])
 

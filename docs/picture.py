@@ -7,9 +7,9 @@ import numpy as np
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+from softvox_gym.bench import Bench
 
 from softvox_gym import Design, Physics, landscape
-from softvox_gym.bench import Bench
 from softvox_gym.rendering import render
 
 COLUMNS, ROWS = 4, 2

@@ -53,7 +53,7 @@ def test_every_parameter_of_the_physics_is_an_option_in_the_help(command):
 
 
 def test_help_fits_80_columns():
-    for command in ([], ["landscape"], ["simulate"], ["verify"]):
+    for command in ([], ["landscape"], ["robustness"], ["simulate"], ["verify"]):
         lines = softvox(*command, "--help", COLUMNS="80").stdout.splitlines()
         assert [line for line in lines if len(line) > 80] == []
 

@@ -25,8 +25,8 @@ def table():
     for spec in SPECS:
         published = "" if spec.published == spec.default else f"{spec.published}"
         values = spec.bounds.words + (", per design" if spec.per_design else "")
-        about = f"{spec.about[0].upper()}{spec.about[1:]}. {spec.note}".strip()
-        rows.append((f"`{spec.name}`", spec.unit, f"{spec.default}", published, values, about))
+        row = (f"`{spec.name}`", spec.unit, f"{spec.default}", published, values, spec.about)
+        rows.append(row)
     return "\n".join(f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows)
 
 

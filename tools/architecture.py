@@ -135,7 +135,9 @@ def drawn() -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
         'font-family="sans-serif" font-size="12">\n'
-        f'<rect width="{width}" height="{height}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n"
+        f'<rect width="{width}" height="{height}" fill="white"/>\n'
+        + "\n".join(shapes)
+        + "\n</svg>\n"
     )
 
 

@@ -10,10 +10,8 @@ from pathlib import Path
 from PIL import Image
 
 from softvox_gym.files import write_file
-from softvox_search.report import canvas
-from softvox_search.report.drawing import drawn
+from softvox_search.report import figures, style, text
 from softvox_view.figures import files_of, make
-from softvox_view.results_folder import read
 
 ROOT = Path(__file__).parents[1]
 BASELINES = ("noise_free", "noise")
@@ -38,9 +36,9 @@ def draw_baselines() -> None:
     """Draw the figures of the committed comparisons, as their reports do."""
     for name in BASELINES:
         folder = ROOT / "baselines" / name
-        with canvas.style():
-            for key, figure in drawn(read(folder)).items():
-                write_file(folder / "figures" / f"{key}.png", canvas.png(figure), force=True)
+        with style.style():
+            for key, figure in figures.draw(text.read(folder / "tables")).items():
+                write_file(folder / "figures" / f"{key}.png", style.encoded(figure), force=True)
 
 
 def main() -> None:

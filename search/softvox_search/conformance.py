@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pickle
 import random
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
-from itertools import cycle
+from functools import cached_property, partial
+from itertools import cycle, zip_longest
 from typing import Any
 
 import gymnasium as gym
@@ -16,16 +15,16 @@ import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 
-from softvox_gym import TABLE_ENV_ID, Design, Lattice
+from softvox_gym import TABLE_ENV_ID, Lattice
 from softvox_gym.simulation import check_count
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.function import FunctionSearcher, is_function
 from softvox_search.global_random import global_states, set_global_states
-from softvox_search.oracle import Answer, Budget, MakeEnv, Oracle
-from softvox_search.protocol import Designs, Searcher, SearcherError
+from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
+from softvox_search.protocol import Designs, Searcher
 from softvox_search.registry import METHODS
 from softvox_search.registry import make as make_by_name
-from softvox_search.run import recommended, run
+from softvox_search.run import name_of, naming, recommended, run
 
 MakeSearcher = Callable[[Lattice, np.random.Generator], Searcher]
 
@@ -88,15 +87,17 @@ def check(
             "make must be the searcher's class, its name, a function f(evaluate, space, rng), or "
             f"another callable (space, rng) -> Searcher, got {make!r}"
         )
-    space = Oracle(make_env, Budget(evaluations=1)).space
-    subject = _Subject(_maker(make), space, evaluations, seed, make_env)
-    with _global_states_put_back():
-        for rule in _RULES:
+    subject = _Subject(_maker(make), make_env, evaluations, seed)
+    states = global_states()
+    try:
+        for rule in (_has_the_methods, _is_deterministic, _is_undisturbed, _keeps_budgets):
             try:
                 rule(subject)
             except Exception as error:
                 error.add_note(f"The rule under test: {(rule.__doc__ or '').splitlines()[0]}")
                 raise
+    finally:
+        set_global_states(states)
 
 
 def _maker(make: Callable[..., Any] | str) -> MakeSearcher:
@@ -107,89 +108,78 @@ def _maker(make: Callable[..., Any] | str) -> MakeSearcher:
 
 
 @dataclass(frozen=True)
-class _Course:
-    """A run: how many designs were asked for, which, and what was recommended in the end."""
-
-    sizes: list[int | None]
-    asked: list[Designs]
-    answers: list[Answer]
-    recommendation: Design
-
-
-@dataclass(frozen=True)
 class _Subject:
     """The searcher under test."""
 
     make: MakeSearcher
-    space: Lattice
+    make_env: MakeEnv
     evaluations: int
     seed: int
-    make_env: MakeEnv
+
+    @cached_property
+    def space(self) -> Lattice:
+        return self.oracle(self.make_env, Budget(evaluations=1)).space
+
+    @cached_property
+    def name(self) -> str:
+        return name_of(self.searcher())
 
     def searcher(self) -> Searcher:
         return self.make(self.space, np.random.default_rng(self.seed))
 
-    def oracle(self, make_env: MakeEnv, budget: Budget | None = None) -> Oracle:
-        rng = np.random.default_rng([self.seed, 1])
-        return Oracle(make_env, budget or Budget(evaluations=self.evaluations), rng=rng)
-
-    @property
-    def name(self) -> str:
-        searcher = self.searcher()
-        function = getattr(searcher, "function", None)
-        return getattr(function, "__name__", type(searcher).__name__)
+    def oracle(self, make_env: MakeEnv, budget: Budget) -> Oracle:
+        return Oracle(make_env, budget, rng=np.random.default_rng([self.seed, 1]))
 
     def require(self, condition: object, message: str) -> None:
         if not condition:
             raise AssertionError(f"searcher {self.name} {message}")
 
-    @contextmanager
-    def named(self) -> Iterator[None]:
-        """Put the searcher's name before what an error says of it."""
-        try:
-            yield
-        except SearcherError as error:
-            raise SearcherError(f"searcher {self.name} {error}") from error
+    def course(self, make_env: MakeEnv, *, advised: bool = False) -> Iterator[NDArray[Any]]:
+        """Yield what it asks for, batch by batch, and last what it recommends.
 
-    def ask(self, searcher: Searcher, oracle: Oracle, size: int | None) -> Designs:
-        """Ask, and hold what comes against the protocol."""
-        with self.named():
-            asked = oracle.checked(searcher.ask(size))
-        self.require(
-            size is None or len(asked) <= size,
-            f"returned {len(asked)} designs when asked for at most {size}",
-        )
-        return asked
-
-    def tell(self, searcher: Searcher, answer: Answer) -> None:
-        """Tell, and see that the arrays stay as they are."""
-        before = pickle.dumps(answer)
-        searcher.tell(*answer)
-        self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
-
-    def course(self, make_env: MakeEnv, *, with_advice: bool = False) -> _Course:
-        """Run to the end; with advice, it is asked for a recommendation after every batch."""
-        searcher, oracle = self.searcher(), self.oracle(make_env)
+        Where advised, it is asked for a recommendation after every batch, too. Of a function, all
+        that it evaluates is one batch.
+        """
+        oracle = self.oracle(make_env, Budget(evaluations=self.evaluations))
+        searcher = self.searcher()
         if isinstance(searcher, FunctionSearcher):
-            advice = run(searcher, oracle, name=self.name)
-            asked = oracle.space.digits(oracle.log.columns()["design"])
-            return _Course([], list(asked[:, np.newaxis]), [], advice)
-        course = _Course([], [], [], Design(0, shape=self.space))
+            design = run(searcher, oracle)
+            yield oracle.log.columns()["design"]
+        else:
+            with naming(self.name):
+                yield from self._batches(searcher, oracle, advised)
+                design = recommended(searcher.recommend(), self.space)
+        yield self.space.to_rows(design.array)
+
+    def _batches(self, searcher: Searcher, oracle: Oracle, advised: bool) -> Iterator[Designs]:
         for size in cycle(SIZES):
             if oracle.is_exhausted:
                 break
-            course.sizes.append(size)
-            course.asked.append(self.ask(searcher, oracle, size))
-            course.answers.append(oracle.evaluate(course.asked[-1]))
-            if len(course.asked[-1]) == 0:
+            asked = checked(searcher.ask(size), self.space)
+            self.require(
+                size is None or len(asked) <= size,
+                f"returned {len(asked)} designs when asked for at most {size}",
+            )
+            yield asked
+            if len(asked) == 0:
                 break
-            self.tell(searcher, course.answers[-1])
-            if with_advice:
+            answer = oracle.evaluate(asked)
+            before = pickle.dumps(answer)
+            searcher.tell(*answer)
+            self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
+            if advised:
                 searcher.recommend()
         self.require(oracle.evaluations > 0, "asked for nothing at all")
-        with self.named():
-            advice = recommended(searcher.recommend(), self.space)
-        return _Course(course.sizes, course.asked, course.answers, advice)
+
+    def require_same(
+        self, course: Iterable[NDArray[Any]], other: Iterable[NDArray[Any]], message: str
+    ) -> None:
+        """Compare two courses; the message's {} is filled with the first difference."""
+        for step, (one, two) in enumerate(zip_longest(course, other, fillvalue=np.zeros(0))):
+            self.require(
+                np.array_equal(one, two),
+                message.format(f"asks {_text(two)} at step {step}, not {_text(one)}"),
+            )
 
 
 def _has_the_methods(subject: _Subject) -> None:
@@ -208,113 +198,73 @@ def _is_deterministic(subject: _Subject) -> None:
             random.seed(seed)
             np.random.seed(seed)  # noqa: NPY002, it is meant
             before = pickle.dumps(global_states())
-            courses.append(subject.course(make_env))
+            courses.append(list(subject.course(make_env)))
             subject.require(
                 pickle.dumps(global_states()) == before,
                 "drew from a global random generator (random or numpy.random), or seeded it; draw "
                 "from the generator that it is made with",
             )
-        _require_same(
-            subject,
-            *courses,
-            "made twice with the same generator, {}; all its random numbers must come from it",
+        made_twice = (
+            "made twice with the same generator, {}; all its random numbers must come from it"
         )
-    advised = subject.course(noisy, with_advice=True)
-    _require_same(subject, courses[0], advised, "was asked for its recommendation, and then {}")
+        subject.require_same(*courses, made_twice)
+    advised = subject.course(noisy, advised=True)
+    subject.require_same(courses[0], advised, "was asked for its recommendation, and then {}")
 
 
-def _is_undisturbed_by_others(subject: _Subject) -> None:
-    """Two searchers asked in turn do what each does alone."""
-    pair = (subject.searcher(), subject.searcher())
-    if isinstance(pair[0], FunctionSearcher):
-        return  # they can't take turns
-    alone = subject.course(subject.make_env)
-    oracle = subject.oracle(subject.make_env)
-    for size, asked, answer in zip(alone.sizes, alone.asked, alone.answers, strict=True):
-        for searcher in pair:
-            subject.require(
-                np.array_equal(subject.ask(searcher, oracle, size), asked),
-                "is disturbed by another one that runs beside it; it must share nothing",
-            )
-        for searcher in pair:
-            if len(answer.designs):
-                subject.tell(searcher, answer)
+def _is_undisturbed(subject: _Subject) -> None:
+    """Two searchers asked in turn do what each does alone; functions can't take turns."""
+    alone = list(subject.course(subject.make_env))
+    in_turn = zip(subject.course(subject.make_env), subject.course(subject.make_env), strict=True)
+    message = "is disturbed by another one that runs beside it, and {}; it must share nothing"
+    for step, pair in enumerate(in_turn):
+        subject.require_same([*alone[step : step + 1] * 2], pair, message)
 
 
 def _keeps_budgets(subject: _Subject) -> None:
     """Run into every kind of budget; what it cost must be what the log says."""
-    n = subject.evaluations
-    steps = subject.oracle(subject.make_env)
-    steps.evaluate(np.full((1, subject.space.sites), 2))
-    for wrap in (lambda make_env: make_env, _noisy_maker, _stumbling_maker):
+    n, plain = subject.evaluations, subject.make_env
+    typical = subject.oracle(plain, Budget(evaluations=1))
+    typical.evaluate(np.full((1, subject.space.sites), 2))
+    for make_env in (plain, partial(_noisy, plain), partial(_stumbling, plain)):
         for budget in (
             Budget(unique=n // 2),
             Budget(evaluations=n),
             Budget(unique=n, evaluations=n // 2 + 1),
-            Budget(evaluations=n, steps=n // 2 * steps.steps),
+            Budget(evaluations=n, steps=n // 2 * typical.steps),
             Budget(evaluations=n, cpu_seconds=1e-3),
         ):
-            oracle = subject.oracle(wrap(subject.make_env), budget)
-            run(subject.searcher(), oracle, name=subject.name)
-            _require_counted(subject, oracle)
+            oracle, searcher = subject.oracle(make_env, budget), subject.searcher()
+            run(searcher, oracle, name=subject.name)
+            may_end = isinstance(searcher, FunctionSearcher)
+            subject.require(
+                may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
+                f"ended after {oracle.evaluations} evaluations with {budget} not used up",
+            )
+            for limit in ("unique", "evaluations"):
+                most, used = getattr(budget, limit), getattr(oracle, limit)
+                subject.require(
+                    most is None or used <= most, f"used {used} of {most} {limit} with {budget}"
+                )
+            cached = oracle.log.columns()["cached"]
+            subject.require(
+                oracle.evaluations == len(cached) and oracle.unique == np.count_nonzero(~cached),
+                f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the "
+                "log says otherwise",
+            )
 
 
-def _require_counted(subject: _Subject, oracle: Oracle) -> None:
-    """Hold the counters against the budget and the log."""
-    budget, columns = oracle.budget, oracle.log.columns()
-    for name in ("unique", "evaluations"):
-        limit, used = getattr(budget, name), getattr(oracle, name)
-        subject.require(
-            limit is None or used <= limit, f"used {used} of {limit} {name} with {budget}"
-        )
-    may_end = isinstance(subject.searcher(), FunctionSearcher)
-    subject.require(
-        may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
-        f"ended after {oracle.evaluations} evaluations with {budget} not used up",
-    )
-    subject.require(
-        oracle.evaluations == len(columns["sequence"]) > 0
-        and oracle.unique == np.count_nonzero(~columns["cached"]),
-        f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the log says "
-        "otherwise",
-    )
-
-
-def _require_same(subject: _Subject, first: _Course, second: _Course, message: str) -> None:
-    """Compare two courses; the message's {} is filled with the difference."""
-    for number, (one, other) in enumerate(zip(first.asked, second.asked, strict=False)):
-        subject.require(
-            np.array_equal(one, other),
-            message.format(f"asks {_text(other)} at step {number}, not {_text(one)}"),
-        )
-    subject.require(
-        len(first.asked) == len(second.asked),
-        message.format(f"takes {len(second.asked)} steps, not {len(first.asked)}"),
-    )
-    subject.require(
-        first.recommendation == second.recommendation,
-        message.format("recommends another design"),
-    )
-
-
-def _text(asked: Designs) -> str:
-    shown = ["".join(map(str, row)) for row in asked[:4].tolist()]
+def _text(asked: NDArray[Any]) -> str:
+    shown = ["".join(map(str, np.atleast_1d(row).tolist())) for row in asked[:4]]
     return f"[{', '.join(shown)}{', ...' if len(asked) > 4 else ''}]"
-
-
-_RULES = (_has_the_methods, _is_deterministic, _is_undisturbed_by_others, _keeps_budgets)
 
 
 def _noisy(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
     return FitnessNoise(make_env(n), sigma=0.3)
 
 
-def _noisy_maker(make_env: MakeEnv) -> MakeEnv:
-    return partial(_noisy, make_env)
-
-
-def _stumbling_maker(make_env: MakeEnv) -> MakeEnv:
-    return lambda n: _Stumbling(make_env(n))
+def _stumbling(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
+    return _Stumbling(make_env(n))
 
 
 class _Stumbling(VectorWrapper):
@@ -331,12 +281,3 @@ class _Stumbling(VectorWrapper):
             "displacement": np.where(diverges[:, np.newaxis], np.nan, infos["displacement"]),
         }
         return observations, np.where(diverges, 0, rewards), terminated, truncated, infos
-
-
-@contextmanager
-def _global_states_put_back() -> Iterator[None]:
-    states = global_states()
-    try:
-        yield
-    finally:
-        set_global_states(states)

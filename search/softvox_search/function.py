@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Lattice
+from softvox_search.oracle import Oracle, checked
 from softvox_search.protocol import SearcherBase, SearcherError
-
-if TYPE_CHECKING:
-    from softvox_search.oracle import Oracle
 
 
 class BudgetEnd(BaseException):
@@ -60,7 +58,7 @@ class FunctionSearcher(SearcherBase):
         """
 
         def evaluate(designs: Any) -> NDArray[np.float64]:
-            rows = oracle.checked(self._batch(designs))
+            rows = checked(self._batch(designs), self.space)
             if oracle.is_exhausted:
                 raise BudgetEnd
             answer = oracle.evaluate(rows)

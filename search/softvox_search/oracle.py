@@ -192,16 +192,6 @@ class Oracle:
         """Whether a budget is used up."""
         return self.ended_by is not None
 
-    def checked(self, designs: Any) -> Designs:
-        """Return a batch of designs as rows of digits, shape (n, sites); always a copy.
-
-        Raises
-        ------
-        SearcherError
-            For what is no batch of designs of the oracle's lattice.
-        """
-        return checked(designs, self.space)
-
     def evaluate(self, designs: Any) -> Answer:
         """Evaluate a batch of designs, or as many of its first as the budget allows.
 
@@ -217,7 +207,7 @@ class Oracle:
         ValueError
             Where the environment rewards with NaN, which no searcher could use.
         """
-        rows = self.checked(designs)
+        rows = checked(designs, self.space)
         keys = keys_of(rows)
         fresh = self._fresh(keys)
         kept = self._affordable(fresh)

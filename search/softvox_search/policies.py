@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from statistics import fmean
 from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Design, Lattice
+from softvox_gym.evaluation import standard_error
 from softvox_gym.simulation import check_count
-from softvox_search.final_stage import FinalStage
 from softvox_search.function import FunctionSearcher
 from softvox_search.options import check_flag
 from softvox_search.oracle import Budget, checked
@@ -122,53 +123,6 @@ class HasParents(Protocol):
         ...
 
 
-@dataclass
-class Draws:
-    """All that was told of one design.
-
-    Source of the running mean and variance: B. P. Welford, *Note on a method for calculating
-    corrected sums of squares and products*, Technometrics 4(3), 1962.
-
-    Attributes
-    ----------
-    count : int
-    last, mean : float
-        Voxel widths.
-    displacement : ndarray, shape (3,)
-        Sum over the draws that did not diverge, voxel widths.
-    moved : int
-        How many these are.
-    """
-
-    count: int = 0
-    last: float = np.nan
-    mean: float = 0.0
-    displacement: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    moved: int = 0
-    _squares: float = 0.0  # sum of squared deviations from the mean
-
-    def add(self, value: float, displacement: NDArray[np.float64]) -> None:
-        """Take in one; the displacement is NaN where it diverged."""
-        self.count += 1
-        self.last = value
-        before = value - self.mean
-        self.mean += before / self.count
-        self._squares += before * (value - self.mean)
-        if not np.isnan(displacement[0]):
-            self.displacement = self.displacement + displacement
-            self.moved += 1
-
-    @property
-    def mean_displacement(self) -> NDArray[np.float64]:
-        """Shape (3,), voxel widths; NaN where all diverged."""
-        return self.displacement / (self.moved or np.nan)
-
-    @property
-    def standard_error(self) -> float:
-        """Of the mean, by the values' spread; NaN of a single one."""
-        return float(np.sqrt(self._squares / ((self.count - 1) * self.count or np.nan)))
-
-
 class PolicySearcher:
     """A searcher within a policy; itself a searcher.
 
@@ -209,20 +163,18 @@ class PolicySearcher:
         self._space = space
         stage = policy.kept_back(evaluations)
         self._left = None if evaluations is None or not stage else evaluations - stage
-        self._draws: dict[bytes, Draws] = {}
+        self._told: dict[bytes, list[NDArray[np.float64]]] = {}  # value, dx, dy, dz of every draw
         self._batch = self._none = np.zeros((0, space.sites), dtype=np.int64)
         self._n_parents = 0
         self._pieces: list[tuple[NDArray[np.float64], Info]] = []
         self._asked = 0
         self._has_told = False
-        self._final: FinalStage | None = None
+        self._finalists: Designs | None = None  # in the final stage, the one believed best first
 
     def ask(self, n: int | None = None) -> Designs:
         """Return the searcher's next designs, parents or finalists; none after the final stage."""
-        if self._final is None and not len(self._untold):
+        if not len(self._untold) and self._finalists is None:
             self._begin(n)
-        if self._final is not None:
-            return self._final.ask(n)
         asked = self._untold[:n].copy()
         self._asked = len(asked)
         return asked
@@ -235,17 +187,16 @@ class PolicySearcher:
         ValueError
             For designs that were not asked for.
         """
-        if self._final is not None:
-            self._final.tell(designs, values)
-            return
         if not np.array_equal(designs, self._untold[: len(designs)]):
             raise ValueError("tell must get the designs that ask returned, in that order")
-        rows = zip(keys_of(designs), values.tolist(), info["displacement"], strict=True)
-        for key, value, displacement in rows:
-            self._draws.setdefault(key, Draws()).add(value, displacement)
+        self._pieces.append((values, info))
+        if self._finalists is not None:
+            return
+        draws = np.column_stack([values, info["displacement"]])
+        for key, draw in zip(keys_of(designs), draws, strict=True):
+            self._told.setdefault(key, []).append(draw)
         if self._left is not None:
             self._left -= len(designs)
-        self._pieces.append((values, info))
         if not len(self._untold) or len(designs) < self._asked:
             self._hand_over()
 
@@ -255,11 +206,11 @@ class PolicySearcher:
         A final stage that the budget cut off before every finalist had a draw does not count. While
         the searcher's first batch is still being told, the best value told so far is recommended.
         """
-        if self._final is not None and self._final.is_decided:
-            return Design(self._final.best, shape=self._space)
-        if self._draws and (self._policy.running_mean or not self._has_told):
-            best = rows_of([best_of(self._beliefs())], self._space)[0]
-            return Design(best, shape=self._space)
+        means = self._final_means()
+        if means:
+            return self._design(max(means, key=lambda key: means[key]))
+        if self._told and (self._policy.running_mean or not self._has_told):
+            return self._design(best_of(self._beliefs()))
         return self._searcher.recommend()
 
     def belief(self, design: Design) -> float:
@@ -271,12 +222,20 @@ class PolicySearcher:
         mean of all values told where the running mean is on, and the value told last where not.
         NaN for a design never evaluated.
         """
-        row = self._space.to_rows(design.array)
-        if self._final is not None and self._final.is_decided:
-            of_finalist = self._final.means[(self._final.finalists == row).all(axis=1)]
-            if len(of_finalist):
-                return float(of_finalist[0])
-        return self._beliefs().get(row.tobytes(), np.nan)
+        beliefs = self._beliefs() | self._final_means()
+        return beliefs.get(self._space.to_rows(design.array).tobytes(), np.nan)
+
+    def _design(self, key: bytes) -> Design:
+        return Design(rows_of([key], self._space)[0], shape=self._space)
+
+    def _final_means(self) -> dict[bytes, float]:
+        """Return the mean of every finalist's fresh draws; none before all had one."""
+        if self._finalists is None:
+            return {}
+        k, values = len(self._finalists), [value for piece, _ in self._pieces for value in piece]
+        if len(values) < k:
+            return {}
+        return {key: fmean(values[i::k]) for i, key in enumerate(keys_of(self._finalists))}
 
     @property
     def _untold(self) -> Designs:
@@ -286,7 +245,10 @@ class PolicySearcher:
     def _beliefs(self) -> dict[bytes, float]:
         """Return what every design evaluated is believed to be worth, but for the final stage."""
         mean = self._policy.running_mean
-        return {key: draws.mean if mean else draws.last for key, draws in self._draws.items()}
+        return {
+            key: fmean(draw[0] for draw in draws) if mean else float(draws[-1][0])
+            for key, draws in self._told.items()
+        }
 
     def _begin(self, n: int | None) -> None:
         """Ask the searcher for a batch, or begin the final stage."""
@@ -300,13 +262,21 @@ class PolicySearcher:
                 offspring = checked(self._searcher.ask(n), self._space)
             self._batch = np.concatenate([parents, offspring])[: self._left]
             self._n_parents = len(parents)
-        if self._policy.final_stage and not len(self._batch) and self._draws:
-            beliefs = self._beliefs()
-            # Of equals the first by number goes on.
-            order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
-            finalists = rows_of(order[: self._policy.finalists], self._space)
-            draws = self._policy.finalists * self._policy.resamples
-            self._final = FinalStage(finalists, draws)
+        if self._policy.final_stage and not len(self._batch) and self._told:
+            self._begin_final_stage()
+
+    def _begin_final_stage(self) -> None:
+        """Deal the draws out among the designs believed best, in turn.
+
+        In turn, so that a budget that ends before the stage does leaves all with equally many, to
+        within one. Where fewer designs are known than finalists, these get all the draws.
+        """
+        beliefs = self._beliefs()
+        # Of equals the first by number goes on.
+        order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
+        self._finalists = rows_of(order[: self._policy.finalists], self._space)
+        draws = np.arange(self._policy.finalists * self._policy.resamples)
+        self._batch = self._finalists[draws % len(self._finalists)]
 
     def _hand_over(self) -> None:
         """Tell the searcher what is known of the batch, parents first.
@@ -329,13 +299,34 @@ class PolicySearcher:
 
     def _as_means(self, designs: Designs, info: Info) -> tuple[NDArray[np.float64], Info]:
         """Return the mean of every design, and what belongs to means beside it."""
-        draws = [self._draws[key] for key in keys_of(designs)]
-        errors = np.array([one.standard_error for one in draws])
-        return np.array([one.mean for one in draws]), {
-            "displacement": np.array([one.mean_displacement for one in draws]),
-            "diverged": np.array([one.moved == 0 for one in draws]),
+        rows = [means_of(np.array(self._told[key])) for key in keys_of(designs)]
+        means, displacements, errors = (np.array(column) for column in zip(*rows, strict=True))
+        return means, {
+            "displacement": displacements,
+            "diverged": np.isnan(displacements[:, 0]),
             "standard_error": np.where(np.isnan(errors), info["standard_error"], errors),
         }
+
+
+def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], float]:
+    """Return what draws of one design make one believe of it.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, 4)
+        Value, dx, dy, dz of each, voxel widths; the displacement is NaN where it diverged.
+
+    Returns
+    -------
+    mean : float
+    displacement : ndarray, shape (3,)
+        Mean of those that did not diverge; NaN where all did.
+    standard_error : float
+        Of the mean, by the values' spread; NaN of a single one.
+    """
+    values, moved = draws[:, 0], draws[~np.isnan(draws[:, 1]), 1:]
+    displacement = moved.sum(axis=0) / (len(moved) or np.nan)
+    return fmean(values), displacement, float(standard_error(values))
 
 
 def _joined(pieces: list[tuple[NDArray[np.float64], Info]]) -> tuple[NDArray[np.float64], Info]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -37,10 +38,9 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
     SearcherError
         Where the searcher breaks the protocol, naming it.
     """
-    advice: Any = None
-    try:
+    with naming(name or name_of(searcher)):
+        advice: Any = None
         if isinstance(searcher, FunctionSearcher):
-            name = name or getattr(searcher.function, "__name__", None)
             advice = searcher.search(oracle)
         else:
             while not oracle.is_exhausted:
@@ -51,8 +51,21 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
         if oracle.evaluations == 0:
             raise SearcherError("proposed no design at all")
         return recommended(searcher.recommend() if advice is None else advice, oracle.space)
+
+
+def name_of(searcher: Searcher) -> str:
+    """Return what to call a searcher: its class or function."""
+    function = getattr(searcher, "function", None)
+    return getattr(function, "__name__", type(searcher).__name__)
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put a searcher's name before what an error says of it."""
+    try:
+        yield
     except SearcherError as error:
-        raise SearcherError(f"searcher {name or type(searcher).__name__} {error}") from error
+        raise SearcherError(f"searcher {name} {error}") from error
 
 
 def recommended(design: Any, space: Lattice) -> Design:

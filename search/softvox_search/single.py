@@ -186,8 +186,10 @@ def search(
     if level is not None:
         try:
             made = with_policy(made, policy or Policy(), space, budget)
-        except (TypeError, ValueError) as error:
+        except TypeError as error:
             raise SearchError(f"--searcher {searcher}: {error}") from error
+        except ValueError as error:
+            raise SearchError(f"--final-stage: {error}") from error
     try:
         design = run(made, oracle, name=searcher)
     except (SearcherError, MemoryError):

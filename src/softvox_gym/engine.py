@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -39,10 +39,9 @@ def layout(struct: Any) -> np.dtype[Any]:
 #: One row per design, as the compiler laid it out.
 PARAMETERS = layout(ffi.typeof("sv_parameters"))
 
-_ROW, _BATCH = (
-    {name for name, _ in ffi.typeof(f"sv_{struct}").fields} for struct in ("parameters", "batch")
-)
-if not _ROW <= {spec.c_field for spec in SPECS} <= _ROW | _BATCH:
+# What Physics has per design, but for the strain, which is an array of its own.
+_EXPECTED = {spec.name for spec in SPECS if spec.per_design} - {"strain", "time_step_fraction"}
+if set(PARAMETERS.names or ()) != _EXPECTED | {"time_step"}:
     raise ImportError("softvox_gym._engine was built from another version: build it again")
 
 
@@ -78,6 +77,13 @@ class Batch:
     track_samples: int
     frame_every: int
     frame_count: int
+
+
+#: What of a Batch goes to C as it is.
+AS_THEY_ARE = (
+    *("edge", "pumped_rest", "settle_time"),
+    *("track_per_cycle", "track_samples", "frame_every", "frame_count"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,32 +163,29 @@ def track_samples(cycles: float, per_cycle: int) -> float:
     return float(lib.sv_track_samples(cycles, per_cycle))
 
 
-def _pointer(ctype: str, array: NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> Any:
+def _pointer(array: NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> Any:
     """Return a pointer into an array that is exactly what C expects, or raise."""
     if array.dtype != dtype or array.shape != shape or not array.flags.c_contiguous:
         raise ValueError(
             f"the engine expects a C-contiguous {np.dtype(dtype)} array of shape {shape}, "
             f"got {array.dtype} {array.shape}"
         )
-    return ffi.cast(ctype, array.ctypes.data)
+    return ffi.cast("void *", array.ctypes.data)
 
 
 def _c_batch(batch: Batch) -> Any:
     n, sites = batch.digits.shape
     cycles = batch.strain.shape[1]
     c = ffi.new("sv_batch *")
+    for name in AS_THEY_ARE:
+        setattr(c, name, getattr(batch, name))
     c.nx, c.ny, c.nz = batch.shape
-    c.n = n
-    c.edge, c.pumped_rest, c.settle_time = batch.edge, batch.pumped_rest, batch.settle_time
-    c.actuation = ACTUATION_CODES[batch.actuation]
-    c.cycles = cycles
-    c.track_per_cycle, c.track_samples = batch.track_per_cycle, batch.track_samples
-    c.frame_every, c.frame_count = batch.frame_every, batch.frame_count
-    c.digits = _pointer("uint8_t *", batch.digits, np.uint8, (n, sites))
-    c.parameters = _pointer("sv_parameters *", batch.parameters, PARAMETERS, (n,))
-    c.strain = _pointer("double *", batch.strain, np.float64, (n, cycles, sites))
+    c.n, c.cycles, c.actuation = n, cycles, ACTUATION_CODES[batch.actuation]
+    c.digits = _pointer(batch.digits, np.uint8, (n, sites))
+    c.parameters = _pointer(batch.parameters, PARAMETERS, (n,))
+    c.strain = _pointer(batch.strain, np.float64, (n, cycles, sites))
     if batch.phase is not None:
-        c.phase = _pointer("double *", batch.phase, np.float64, (n, sites))
+        c.phase = _pointer(batch.phase, np.float64, (n, sites))
     message = lib.sv_batch_error(c)
     if message != ffi.NULL:
         raise ValueError(_text(message))
@@ -190,15 +193,9 @@ def _c_batch(batch: Batch) -> Any:
 
 
 def _c_results(output: Output) -> Any:
-    n = len(output.status)
-    c = ffi.new("sv_results *")
-    c.status = _pointer("int32_t *", output.status, np.int32, (n,))
-    c.steps = _pointer("int32_t *", output.steps, np.int32, (n,))
-    c.start = _pointer("double *", output.start, np.float64, (n, 3))
-    c.end = _pointer("double *", output.end, np.float64, (n, 3))
-    c.track = _pointer("double *", output.track, np.float64, output.track.shape)
-    c.frames = _pointer("double *", output.frames, np.float64, output.frames.shape)
-    return c
+    arrays = {f.name: getattr(output, f.name) for f in fields(output)}
+    pointers = {name: ffi.cast("void *", array.ctypes.data) for name, array in arrays.items()}
+    return ffi.new("sv_results *", pointers)
 
 
 _allocate = ffi.new_allocator(should_clear_after_alloc=False)
@@ -212,7 +209,7 @@ def _plan(c_batch: Any, lanes: int) -> tuple[Any, NDArray[np.int32]]:
     order = np.empty((c_batch.n, lanes), dtype=np.int32)
     plan = ffi.new("sv_plan *")
     plan.lanes = lanes
-    plan.order = _pointer("int32_t *", order, np.int32, order.shape)
+    plan.order = ffi.cast("int32_t *", order.ctypes.data)
     scratch = _memory(lib.sv_plan_scratch(c_batch))
     _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
     return plan, order
@@ -295,9 +292,13 @@ def _drive(workers: list[threading.Thread], report: Callable[[], None], shared: 
     started: list[threading.Thread] = []
     try:
         for worker in workers:
-            if not _start(worker, is_first=not started):
+            try:
+                worker.start()
+            except RuntimeError:
                 break
             started.append(worker)
+        if workers and not started:
+            raise RuntimeError("the system refuses to start a single thread")
         for worker in started:
             while worker.is_alive():
                 worker.join(POLL_SECONDS)
@@ -309,13 +310,3 @@ def _drive(workers: list[threading.Thread], report: Callable[[], None], shared: 
             worker.join()
         raise
     return len(started)
-
-
-def _start(worker: threading.Thread, *, is_first: bool) -> bool:
-    try:
-        worker.start()
-    except RuntimeError:
-        if is_first:
-            raise RuntimeError("the system refuses to start a single thread") from None
-        return False
-    return True

@@ -20,6 +20,9 @@ PRESETS = ("published", "exact")
 #: The engine counts in 32 bits.
 MOST = 2**31 - 1
 
+#: Amplitude of an edge whose voxel grows by 90 %.
+EXPANSION = 1.9 ** (1 / 3) - 1
+
 
 class ParameterError(ValueError):
     """A parameter is out of its bounds.
@@ -69,16 +72,14 @@ class ParameterSpec:
     unit : str
         Empty for a ratio, a choice or a flag.
     bounds : Bounds
-    about, note : str
-        What it is, up to the first comma a name for people, and further sentences.
-    published : float, str or bool, optional
+    about : str
+        What it is; up to the first comma a name for people.
+    published : float or bool, optional
         The default as the published run rounded it.
-    per_design : bool
-        Whether each design of a batch may have its own.
     slider : (float, float, float) or None
         Low end, high end and step of a slider, where the explorer shows one.
-    c_field : str
-        The field of sv_parameters or sv_batch that it sets, where its name is another.
+    per_design : bool
+        Whether each design of a batch may have its own.
     name : str
     """
 
@@ -86,11 +87,9 @@ class ParameterSpec:
     unit: str
     bounds: Bounds
     about: str
-    note: str = ""
     published: Any = None
-    per_design: bool = True
     slider: tuple[float, float, float] | None = None
-    c_field: str = ""
+    per_design: bool = True
     name: str = ""
 
     def checked(self, value: Any) -> Any:
@@ -117,22 +116,20 @@ class ParameterSpec:
     def _numbers(self, value: ArrayLike) -> NDArray[np.float64]:
         """Return a read-only float64 copy of one number, or of one per design."""
         try:
-            array = np.asarray(value)
+            array = np.array(value)
         except ValueError:
-            raise ParameterError(
-                self.name, f"must be a number or an even array, got {value!r}"
-            ) from None
+            must = "must be a number or an even array"
+            raise ParameterError(self.name, f"{must}, got {value!r}") from None
         if array.dtype.kind not in "iuf":
             raise TypeError(f"{self.name} must be a number or an array of numbers, got {value!r}")
         if array.ndim > 0 and not self.per_design:
-            raise ParameterError(
-                self.name, f"must be one number for the whole batch, got {value!r}"
-            )
+            must = "must be one number for the whole batch"
+            raise ParameterError(self.name, f"{must}, got {value!r}")
         is_vector = self.name == "gravity"
         if array.ndim > 1 and not (is_vector and array.ndim == 2 and array.shape[1] == 3):
             what = "a number, a vector or an (n, 3) array" if is_vector else "a number or a row"
             raise ParameterError(self.name, f"must be {what}, got an array of shape {array.shape}")
-        array = np.array(array, dtype=np.float64)
+        array = array.astype(np.float64)
         array.setflags(write=False)
         return array
 
@@ -147,8 +144,13 @@ def _spec(*facts: Any, **more: Any) -> Any:
 class Physics:
     """Every parameter of the simulation, in SI units; the defaults are the paper's exact values.
 
-    Most parameters may be arrays with one value per design of the batch. A preset changes with
-    `dataclasses.replace`.
+    Arrays hold one value per design of the batch. A preset changes with `dataclasses.replace`.
+    A number of gravity is along z, so negative is down; three numbers are always one vector, so
+    that a batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity. Density
+    is not printed in the paper; it follows from its time step. Shear strength times the squared
+    edge is added to both friction limits. Kinetic friction above static is allowed, with a warning.
+    Where its pump asks for less than the resting edge, an edge holds its last value, rests (clamp)
+    or contracts.
 
     Parameters
     ----------
@@ -168,84 +170,40 @@ class Physics:
     edge: float = _spec(0.01, "m", POSITIVE, "resting edge of a voxel", per_design=False)
     youngs_modulus: Parameter = _spec(1e7, "Pa", POSITIVE, "Young's modulus")
     poisson_ratio: Parameter = _spec(0.35, "", POISSON, "Poisson's ratio")
-    density: Parameter = _spec(
-        1e6, "kg/m^3", POSITIVE, "density", "Not printed in the paper; follows from its time step."
-    )
+    density: Parameter = _spec(1e6, "kg/m^3", POSITIVE, "density")
     friction_static: Parameter = _spec(
-        1.0, "", NOT_NEGATIVE, "static friction", "Coulomb's coefficient.", slider=(0, 2, 0.05)
+        1.0, "", NOT_NEGATIVE, "static friction", slider=(0, 2, 0.05)
     )
     friction_kinetic: Parameter = _spec(
-        0.5,
-        "",
-        NOT_NEGATIVE,
-        "kinetic friction",
-        "Above static with a warning.",
-        slider=(0, 2, 0.05),
+        0.5, "", NOT_NEGATIVE, "kinetic friction", slider=(0, 2, 0.05)
     )
     shear_strength: Parameter = _spec(
-        0.0,
-        "Pa",
-        NOT_NEGATIVE,
-        "shear strength, interfacial",
-        "Adds shear_strength times the squared edge to both friction limits.",
-        slider=(0, 50_000, 500),
+        0.0, "Pa", NOT_NEGATIVE, "shear strength, interfacial", slider=(0, 50_000, 500)
     )
     gravity: Parameter = _spec(
-        -9.81,
-        "m/s^2",
-        FINITE,
-        "gravity, along z or a vector",
-        "A number is along z, so negative is down; three numbers are always one vector, so that a "
-        "batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity.",
-        slider=(-25, 0, 0.1),
+        -9.81, "m/s^2", FINITE, "gravity, along z or a vector", slider=(-25, 0, 0.1)
     )
     damping_link: Parameter = _spec(1.0, "", NOT_NEGATIVE, "damping ratio of links")
     damping_ground: Parameter = _spec(0.8, "", NOT_NEGATIVE, "damping ratio of the ground")
-    damping_global: Parameter = _spec(
-        0.01, "", NOT_NEGATIVE, "damping ratio of a slow drag", "On every voxel."
-    )
+    damping_global: Parameter = _spec(0.01, "", NOT_NEGATIVE, "damping ratio of a slow drag")
     frequency_hz: Parameter = _spec(
-        4.0, "Hz", POSITIVE, "frequency of actuation", "", 3.999999807746178, slider=(0.5, 12, 0.1)
+        4.0, "Hz", POSITIVE, "frequency of actuation", 3.999999807746178, slider=(0.5, 12, 0.1)
     )
     strain: Parameter = _spec(
-        1.9 ** (1 / 3) - 1,
-        "",
-        AMPLITUDE,
-        "strain, the amplitude of active edges",
-        "1.9^(1/3) - 1 is +90 % volume.",
-        0.23856233596801757,
-        slider=(0, 0.5, 0.005),
+        EXPANSION, "", AMPLITUDE, "strain of active edges", 0.23856233596801757, (0, 0.5, 0.005)
     )
     actuation: str = _spec(
-        "hold",
-        "",
-        CHOICE,
-        "what active edges do in the negative half cycle",
-        "Where the pump asks for less than the resting edge: keep the last value, rest, contract.",
-        per_design=False,
+        "hold", "", CHOICE, "what active edges do in the negative half cycle", per_design=False
     )
     settle_time: float = _spec(
         0.25, "s", NOT_NEGATIVE, "time when actuation and measuring start", per_design=False
     )
-    duration: Parameter = _spec(4.0, "s", POSITIVE, "duration of the whole run, settling included")
+    duration: Parameter = _spec(4.0, "s", POSITIVE, "duration of the run, settling included")
     time_step_fraction: Parameter = _spec(
-        0.9,
-        "",
-        STABLE,
-        "time step, as a share of the largest stable one",
-        "",
-        0.9000000153523451,
-        c_field="time_step",
+        0.9, "", STABLE, "time step over the largest stable one", 0.9000000153523451
     )
     single_precision_rest: bool = _spec(
-        False,
-        "",
-        FLAG,
-        "round the edge that active voxels swing about",
-        "To single precision, as the published run did; see `pumped_rest`.",
-        True,
-        per_design=False,
-        c_field="pumped_rest",
+        False, "", FLAG, "round the edge that active voxels swing about", True, per_design=False
     )
 
     @classmethod
@@ -428,23 +386,19 @@ class Physics:
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
 
 
-#: The parameters, in order: what the checks, the command line's options, the explorer's sliders,
-#: the engine's fields and the table of docs/physics.md are made of.
+#: The parameters, in order. The checks, the command line's options, the explorer's sliders, the
+#: check of the engine's fields and the table in docs/physics.md are made of them.
 SPECS: tuple[ParameterSpec, ...] = tuple(
-    replace(
-        spec := f.metadata["spec"],
-        name=f.name,
-        c_field=spec.c_field or f.name,
-        published=spec.default if spec.published is None else spec.published,
-    )
+    replace(spec, name=f.name, published=spec.default if spec.published is None else spec.published)
     for f in fields(Physics)
+    for spec in (f.metadata["spec"],)
 )
 
 
 def _documented(spec: ParameterSpec) -> str:
     """Return a parameter's lines of the docstring of Physics."""
     kind = "float or array, one per design" if spec.per_design else type(spec.default).__name__
-    text = f"{spec.about}; {spec.bounds.words}. {spec.note}"
+    text = f"{spec.about}; {spec.bounds.words}."
     unit = f"{spec.unit}, " if spec.unit else ""
     indent = "        "
     lines = wrap(unit + text, 100, initial_indent=indent, subsequent_indent=indent)

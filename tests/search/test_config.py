@@ -183,8 +183,7 @@ BAD = {
     "not toml": ("seeds = = 3", "is not valid TOML", "line 1"),
     "searcher": (
         changed('"random"', '"rondom"'),
-        "[[searchers]] name must be one of exhaustive",
-        "got 'rondom'; did you mean random?",
+        "[[searchers]] rondom: there is no searcher 'rondom'; did you mean 'random'?",
     ),
     "no such module": (
         changed('"random"', '"no_such:Thing"'),
@@ -225,8 +224,7 @@ BAD = {
     "table": (f"table = 1\n{SMALL}", "table must be bool, not int, got 1"),
     "wrapper": (
         changed('"Resample"', '"Resampel"', NOISY),
-        "[[wrappers]] name must be one of FitnessNoise, JakobiNoise, Resample",
-        "did you mean Resample?",
+        "there is no wrapper 'Resampel'; did you mean Resample?; they are FitnessNoise, ",
     ),
     "wrapper nameless": (changed('name = "Resample"\n', "", NOISY), "lacks the key name, a text"),
     "wrapper key": (changed("n = 2", "m = 2", NOISY), "Resample: ", "its keys are n, aggregate"),

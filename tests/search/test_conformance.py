@@ -217,5 +217,5 @@ def test_the_check_leaves_the_global_random_states_alone():
 
 
 def test_a_run_of_one_evaluation_is_too_short_to_check():
-    with pytest.raises(ValueError, match="evaluations must be at least 2 .*, got 1"):
+    with pytest.raises(ValueError, match=r"evaluations must be at least 2 .*, got 1"):
         check(Sound, evaluations=1)

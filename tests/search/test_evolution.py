@@ -197,7 +197,7 @@ def test_offspring_are_fitter_than_random_designs_with_as_many_active_voxels(nam
     for seed in range(4):
         searcher = made(name, seed)
         told = [numbers(answered(searcher)) for _ in range(60)]
-        later += sum(told[30:], [])
+        later += [number for part in told[30:] for number in part]
     mean = np.array([FITNESS[TABLE["n_active"] == n].mean() for n in range(9)])
     error = FITNESS.std() / np.sqrt(len(later))
     assert (FITNESS[later] - mean[TABLE["n_active"][later]]).mean() > 4 * error

@@ -30,11 +30,7 @@ def climbs(evaluate, space, rng, *, size=4):
 
 def anneals(evaluate, space, rng):
     """SciPy's, as its users call it."""
-    dual_annealing(
-        lambda x: -evaluate(np.minimum(x, 2.999).astype(int))[0],
-        bounds=[(0, 3)] * space.sites,
-        rng=rng,
-    )
+    dual_annealing(lambda x: -evaluate(x.astype(int))[0], [(0, 2.999)] * space.sites, seed=rng)
 
 
 def searched(function, budget, make_env=table, **options):

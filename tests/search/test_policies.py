@@ -8,7 +8,7 @@ from table_answers import FITNESS, SPACE, NoisyTable, answered, fitness_of, numb
 from softvox_gym import Design
 from softvox_search.function import FunctionSearcher
 from softvox_search.oracle import Budget
-from softvox_search.policies import Draws, Policy, PolicySearcher, with_policy
+from softvox_search.policies import Policy, PolicySearcher, means_of, with_policy
 from softvox_search.registry import make
 
 NAIVE = Policy()
@@ -71,26 +71,19 @@ def test_means_reach_the_designs_that_a_searcher_carries_along(name):
 
 
 def test_running_means_and_their_errors_are_those_of_all_values():
-    values = np.random.default_rng(0).normal(3, 0.5, 50)
-    draws = Draws()
-    for value in values:
-        draws.add(value, np.array([value, 0, 0]))
-    assert draws.last == values[-1]
-    assert draws.mean == pytest.approx(values.mean(), rel=1e-14)  # of some ten roundings
-    error = values.std(ddof=1) / np.sqrt(50)
-    assert draws.standard_error == pytest.approx(error, rel=1e-12)
-    assert draws.mean_displacement[0] == pytest.approx(values.mean(), rel=1e-14)
+    draws = np.random.default_rng(0).normal(3, 0.5, (50, 4))
+    mean, displacement, error = means_of(draws)
+    np.testing.assert_allclose([mean, *displacement], draws.mean(axis=0), rtol=1e-14)
+    assert error == pytest.approx(draws[:, 0].std(ddof=1) / np.sqrt(50), rel=1e-12)
 
 
-def test_equal_values_have_exactly_that_mean_and_no_error_and_one_value_has_none():
-    draws = Draws()
-    draws.add(0.1, np.full(3, np.nan))
-    assert np.isnan(draws.standard_error)
-    assert np.isnan(draws.mean_displacement).all()
-    for _ in range(2):
-        draws.add(0.1, np.array([1.0, 2.0, 3.0]))
-    assert (draws.mean, draws.standard_error) == (0.1, 0.0)
-    assert draws.mean_displacement.tolist() == [1.0, 2.0, 3.0]  # of those that did not diverge
+def test_mean_displacements_leave_out_what_diverged_and_one_value_has_no_error():
+    nan = [np.nan] * 3
+    mean, displacement, error = means_of(np.array([[1.0, 1, 2, 3], [0.0, *nan], [5.0, 3, 2, 1]]))
+    assert (mean, displacement.tolist()) == (2.0, [2.0, 2.0, 2.0])
+    mean, displacement, error = means_of(np.array([[0.0, *nan]]))
+    assert mean == 0.0
+    assert np.isnan([*displacement, error]).all()
 
 
 def test_the_searcher_is_told_the_mean_of_all_values_and_its_error():
@@ -229,7 +222,7 @@ def test_a_policy_that_is_none_is_refused(options, error, message):
 
 
 def test_a_budget_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="evaluations must be at least 1 and at most .*, got 0"):
+    with pytest.raises(ValueError, match=r"evaluations must be at least 1 and at most .*, got 0"):
         within(make("ga", np.random.default_rng(0)), NAIVE, evaluations=0)
 
 

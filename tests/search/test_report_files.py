@@ -141,17 +141,15 @@ def test_an_experiment_whose_runs_all_failed_says_so(tmp_path):
     made.runs[["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
     files = written(tmp_path, made)
     assert set(files) == {"report.md", "tables/runs.csv"}
-    page = files["report.md"].decode()
-    named = f"run {'0' * 16} (a, seed 0), {'0' * 16} (b, seed 1)"
-    assert f"**2 failed and left out:** {named}." in page
+    assert "**2 failed and left out.**" in files["report.md"].decode()
 
 
-def test_failed_runs_are_named_beside_finished_ones(tmp_path):
+def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     made = results(run(0, "a", [0]), run(7, "b", [0], status="failed"))
     made.runs.loc[1, ["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
     page = written(tmp_path, made)["report.md"].decode()
     assert "1 finished runs" in page
-    assert f"**1 failed and left out:** run {'0' * 16} (b, seed 7)." in page
+    assert "**1 failed and left out.**" in page
 
 
 def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):

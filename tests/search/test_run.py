@@ -80,7 +80,7 @@ def test_a_run_ends_where_nothing_more_is_asked(nothing):
         (np.full((1, 8), np.nan), "returned what are no designs"),
         (
             np.ones((1, 3, 2, 2), dtype=int),
-            "returned what are no designs: designs must be an array of shape",
+            "returned what are no designs: designs must be an array",
         ),
     ],
 )
@@ -98,7 +98,7 @@ def test_illegal_designs_end_a_run_with_an_error_that_names_the_searcher(illegal
         (np.nan, "recommended what is no design"),
         (
             Design([1], shape=(1, 1, 1)),
-            "recommended what is no design of 2x2x2: design has shape 1x1x1",
+            "recommended what is no design of 2x2x2: design has",
         ),
     ],
 )

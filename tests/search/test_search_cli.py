@@ -1,37 +1,24 @@
 import csv
+import io
 import json
-import struct
-import zlib
+import sys
 
+import gymnasium as gym
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from cli_process import snapshot, softvox
-from small_experiments import OWN
+from PIL import Image
 
 import softvox_gym
-from softvox_gym import Design
+from softvox_gym import Design, Lattice
 from softvox_gym.cli import main
 from softvox_search.log import COLUMNS
 from softvox_search.registry import SEARCHERS, options_of
 
 
 def pixels(content):
-    """Return the image of a PNG of 8-bit RGB without filters."""
-    assert content.startswith(b"\x89PNG\r\n\x1a\n")
-    offset, chunks = 8, {}
-    while offset < len(content):
-        length, kind = struct.unpack_from(">I4s", content, offset)
-        data = content[offset + 8 : offset + 8 + length]
-        (checksum,) = struct.unpack_from(">I", content, offset + 8 + length)
-        assert checksum == zlib.crc32(kind + data)
-        chunks[kind] = data
-        offset += 12 + length
-    width, height, *rest = struct.unpack(">IIBBBBB", chunks[b"IHDR"])
-    assert rest == [8, 2, 0, 0, 0]
-    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), np.uint8).reshape(height, -1)
-    assert not rows[:, 0].any()
-    return rows[:, 1:].reshape(height, width, 3)
+    return np.asarray(Image.open(io.BytesIO(content)))
 
 
 def test_a_search_says_what_it_found_how_good_that_is_and_when(tmp_path):
@@ -53,7 +40,7 @@ def test_a_search_says_what_it_found_how_good_that_is_and_when(tmp_path):
 def test_the_picture_is_that_of_the_environment(tmp_path):
     softvox("search", "--searcher", "exhaustive", "--budget", "6", cwd=tmp_path)
     image = pixels((tmp_path / "search-exhaustive-0.png").read_bytes())
-    env = softvox_gym.envs.single.SoftVoxEnv(render_mode="rgb_array")
+    env = gym.make(softvox_gym.ENV_ID, render_mode="rgb_array").unwrapped
     env.reset()
     env.step(np.array([2, 1, 0, 0, 0, 0, 0, 0]))  # design 5, the best of the first six
     assert (image == env.render()).all()
@@ -145,11 +132,11 @@ from softvox_search.protocol import SearcherBase
 print("imported")
 
 class Narrow(SearcherBase):
-    def __init__(self, rng, *, how=""):
+    def __init__(self, space, rng, *, how=""):
         print("made")
         if how == "not made":
             raise RuntimeError("no luck\\nat all")
-        super().__init__(rng)
+        super().__init__(space, rng)
         self.how = how
 
     def ask(self, n=None):
@@ -158,7 +145,15 @@ class Narrow(SearcherBase):
             raise OSError("no luck\\nat all")
         if self.how == "exits":
             raise SystemExit(0)
+        if self.how == "illegal":
+            return [[0, 1, 2, 3, 0, 0, 0, 0]]
         return np.arange(20)
+
+
+def draws(evaluate, space, rng, *, size=5):
+    print("called")
+    while True:
+        evaluate(space.random(size, rng))
 """
 
 
@@ -205,11 +200,45 @@ def test_only_a_picture_that_was_named_is_protected(tmp_path):
 
 
 def test_a_searcher_of_ones_own_is_found_in_the_current_folder(tmp_path):
-    (tmp_path / "own.py").write_text(OWN)
-    options = ("--searcher", "own:Slow", "--option", "seconds=0.0", "--budget", "30")
+    (tmp_path / "own.py").write_text(PRINTS)
+    options = ("--searcher", "own:draws", "--option", "size=3", "--budget", "30", "--json")
     done = softvox("search", *options, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "search-Slow-0.png").exists()
+    assert json.loads(done.stdout)["ended_by"] == "unique"
+    assert (tmp_path / "search-draws-0.png").exists()
+    refused = softvox("search", *options, "--noise", "1", "--running-mean", cwd=tmp_path)
+    assert "a policy against luck needs a searcher with ask" in refused.stderr
+
+
+def test_on_another_lattice_the_best_is_not_known_and_no_regret_told(tmp_path):
+    short = ("--duration", "0.02", "--settle-time", "0.01")
+    command = ("search", "--searcher", "ga", "--shape", "4", "4", "4", "--budget", "12", *short)
+    data = json.loads(softvox(*command, "--json", "--out", "log.csv", cwd=tmp_path).stdout)
+    assert data["shape"] == [4, 4, 4]
+    assert not {"regret", "rank", "best"} & set(data)
+    with (tmp_path / "log.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert data["digits"] == rows[data["found_at"] - 1]["design"]
+    assert data["fitness"] == max(float(row["fitness"]) for row in rows)
+    design = Design(data["digits"], shape=Lattice(4, 4, 4))
+    assert softvox_gym.evaluate(
+        design, {"duration": 0.02, "settle_time": 0.01, "preset": "published"}
+    ).value == [data["fitness"]]
+    assert (tmp_path / "search-ga-0.png").exists()
+    text = softvox(*command, "--noise", "1", "--no-picture", cwd=tmp_path).stdout
+    assert "voxel widths; the best of 4x4x4 is not known" in text
+    assert "under noise   not known on 4x4x4" in text
+    assert "regret" not in text
+    assert "rank" not in text
+
+
+def test_a_list_can_be_had_where_a_library_is_missing(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "deap", None)
+    monkeypatch.delitem(sys.modules, "softvox_search.searchers.afpo", raising=False)
+    assert main(["search", "--list"]) == 0
+    text = capsys.readouterr().out
+    assert "needs deap: pip install deap" in text
+    assert 'optimizer="PortfolioDiscreteOnePlusOne"' in text
 
 
 BAD = {
@@ -232,11 +261,13 @@ BAD = {
     "search --searcher ga --picture p.jpg": "--picture must end in .png",
     "search --searcher ga --seed 7 --picture search-ga-7.png": "search-ga-7.png exists",
     "search --searcher numpy:ndarray": "searcher numpy:ndarray lacks ask, tell",
-    "search --searcher os:path": "--searcher os:path: module os has no class 'path'",
+    "search --searcher os:path": "--searcher os:path: module os has no class or function 'path'",
     f"search --searcher ga --budget {10**23}": f"above 0 and at most 999999999, got {10**23}",
     f"search --searcher ga --seed {10**23}": "of at most 18 digits",
     "search --searcher ga --gravity 1 2": "--gravity",
     "search --searcher ga --densty 1": "did you mean --density?",
+    "search --searcher ga --shape 0 2 2": "--shape",
+    "search --searcher ga --shape 999 999 999": "--shape 999x999x999 has",
 }
 
 
@@ -257,9 +288,9 @@ def test_bad_input_is_one_line_naming_the_mend_and_nothing_is_written(
 
 
 def test_a_searcher_that_asks_for_what_is_no_design_is_named_in_one_line(tmp_path):
-    (tmp_path / "own.py").write_text(OWN)
-    options = ("--searcher", "own:Fails", "--option", "how=illegal", "--seed", "4")
+    (tmp_path / "own.py").write_text(PRINTS)
+    options = ("--searcher", "own:Narrow", "--option", "how=illegal", "--quiet")
     done = softvox("search", *options, cwd=tmp_path, PYTHONDONTWRITEBYTECODE="1")
-    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
-    assert "searcher own:Fails returned what are no designs" in done.stderr
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "searcher own:Narrow returned what are no designs" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["own.py"]

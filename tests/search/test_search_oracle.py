@@ -1,18 +1,20 @@
 """The oracle counts honestly, answers from its cache, and writes everything down."""
 
+import time
+
 import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import VectorWrapper
+from table_answers import FITNESS, SPACE, rows
 
-from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, landscape
-from softvox_gym.design import digits_of
+from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, landscape
 from softvox_gym.landscapes.table import tracks
 from softvox_gym.wrappers.vector import FitnessNoise, JakobiNoise, Resample
 from softvox_search.log import COLUMNS, digest
-from softvox_search.oracle import MOST_ENVS, PATIENCE, Budget, Oracle, SearcherError, checked
+from softvox_search.oracle import MOST_ENVS, PATIENCE, Budget, Oracle, checked
+from softvox_search.protocol import SearcherError
 
-FITNESS = landscape()["fitness"]
 BEST = 6453
 
 
@@ -50,24 +52,24 @@ def logged(oracle, designs):
 
 def test_an_answer_holds_what_the_table_says_in_the_order_asked():
     answer = Oracle(table, Budget(evaluations=9)).evaluate([BEST, 0, 4295])
-    np.testing.assert_array_equal(answer.designs, digits_of(np.array([BEST, 0, 4295])))
+    np.testing.assert_array_equal(answer.designs, rows(BEST, 0, 4295))
     np.testing.assert_array_equal(answer.values, FITNESS[[BEST, 0, 4295]])
     assert answer.info["displacement"].shape == (3, 3)
     assert answer.info["displacement"][0, 0] == landscape()["dx"][BEST]
-    assert answer.info["status"].tolist() == ["ok"] * 3
+    assert answer.info["diverged"].tolist() == [False] * 3
     assert answer.info["standard_error"].tolist() == [0] * 3
 
 
 def test_every_form_of_a_batch_that_the_engine_takes_is_taken():
     numbers = np.array([BEST, 4295])
-    rows = digits_of(numbers)
-    forms = [numbers, numbers.tolist(), rows, rows.tolist(), [Design(n) for n in numbers]]
+    digits = rows(*numbers)
+    forms = [numbers, numbers.tolist(), digits, digits.tolist(), [Design(n) for n in numbers]]
     for form in [
         *forms,
         ["00021222", Design(4295).digits],
         np.array([Design(n).array for n in numbers]),
     ]:
-        np.testing.assert_array_equal(checked(form), rows)
+        np.testing.assert_array_equal(checked(form, SPACE), digits)
 
 
 def test_a_batch_of_nothing_costs_nothing():
@@ -93,14 +95,13 @@ def test_a_duplicate_is_an_evaluation_but_no_unique_one_within_a_batch_and_betwe
     np.testing.assert_array_equal(columns["fitness"], FITNESS[columns["design"]])
 
 
-def test_the_log_holds_displacement_fitness_and_status_of_each_evaluation():
+def test_the_log_holds_displacement_fitness_and_divergence_of_each_evaluation():
     columns = logged(Oracle(table, Budget(evaluations=99)), batches(0, [30]))
     assert list(columns) == list(COLUMNS)
     assert {name: column.dtype.str for name, column in columns.items()} == COLUMNS
-    rows = landscape()[columns["design"]]
-    for name in ("dx", "dy", "fitness"):
-        np.testing.assert_array_equal(columns[name], rows[name])
-    assert set(columns["status"]) == {"ok"}
+    known = landscape()[columns["design"]]
+    for name in ("dx", "dy", "fitness", "diverged"):
+        np.testing.assert_array_equal(columns[name], known[name])
 
 
 class CountsWhatIsSimulated(VectorWrapper):
@@ -135,7 +136,7 @@ def test_a_batch_is_cut_where_a_budget_ends(budget, evaluations, unique):
     answers = [oracle.evaluate(batch) for batch in designs]
     assert oracle.is_exhausted
     told = np.concatenate([answer.designs for answer in answers])
-    np.testing.assert_array_equal(told, digits_of(np.concatenate(designs)[: len(told)]))
+    np.testing.assert_array_equal(told, rows(*np.concatenate(designs)[: len(told)]))
     assert len(told) == oracle.evaluations
     assert oracle.unique == len(np.unique(told, axis=0))
     if evaluations is not None:
@@ -169,13 +170,16 @@ def test_without_a_budget_of_evaluations_a_search_that_finds_nothing_new_ends_al
 @pytest.mark.parametrize(
     ("given", "error", "message"),
     [
-        ({}, ValueError, "must have unique, evaluations or both"),
-        ({"steps": 3}, ValueError, "must have unique, evaluations or both"),
-        ({"unique": 0}, ValueError, "unique must be at least 1, got 0"),
-        ({"evaluations": -1}, ValueError, "evaluations must be at least 1, got -1"),
-        ({"unique": 1, "steps": 0}, ValueError, "steps must be at least 1, got 0"),
+        ({}, ValueError, "must have unique, evaluations or cpu_seconds"),
+        ({"steps": 3}, ValueError, "must have unique, evaluations or cpu_seconds"),
+        ({"unique": 0}, ValueError, r"unique must be at least 1 .*, got 0"),
+        ({"evaluations": -1}, ValueError, r"evaluations must be at least 1 .*, got -1"),
+        ({"unique": 1, "steps": 0}, ValueError, r"steps must be at least 1 .*, got 0"),
         ({"unique": 1.5}, TypeError, "unique must be a whole number, got 1.5"),
         ({"evaluations": True}, TypeError, "evaluations must be a whole number, got True"),
+        ({"cpu_seconds": 0.0}, ValueError, "cpu_seconds must be above 0 and finite, got 0.0"),
+        ({"cpu_seconds": np.inf}, ValueError, "cpu_seconds must be above 0 and finite, got inf"),
+        ({"cpu_seconds": "1"}, TypeError, "cpu_seconds must be a number, got '1'"),
     ],
 )
 def test_a_budget_that_is_none_is_refused(given, error, message):
@@ -193,8 +197,8 @@ def test_a_budget_that_is_none_is_refused(given, error, message):
         (np.full((2, 8), np.nan), "must be whole numbers, got float64"),
         (np.full((2, 8), 1.0), "must be whole numbers, got float64"),
         (np.ones((2, 7), dtype=int), "got shape"),
-        ([Design([1], shape=(1, 1, 1))], r"on a lattice of \(1, 1, 1\)"),
-        (np.ones((1, 3, 2, 2), dtype=int), r"on a lattice of \(3, 2, 2\)"),
+        ([Design([1], shape=(1, 1, 1))], "1x1x1"),
+        (np.ones((1, 3, 2, 2), dtype=int), "got shape"),
         (None, "no designs"),
         ([[0, 1], [2]], "no designs"),
     ],
@@ -243,11 +247,11 @@ def test_design_and_noise_seed_of_the_log_give_its_values_again(make_env):
     by_hand = make_env(1)
     for i in range(len(columns["design"])):
         by_hand.reset(seed=[int(columns["noise_seed"][i])])
-        _, reward, _, _, info = by_hand.step(digits_of(columns["design"][i : i + 1]))
+        _, reward, _, _, info = by_hand.step(rows(columns["design"][i]))
         assert reward[0] == columns["fitness"][i]
         assert info["displacement"][0, 0] == columns["dx"][i]
         assert info["displacement"][0, 1] == columns["dy"][i]
-        assert info["status"][0] == columns["status"][i]
+        assert info["diverged"][0] == columns["diverged"][i]
 
 
 def test_noisy_values_do_not_depend_on_how_the_designs_are_batched():
@@ -286,7 +290,7 @@ class Diverges(VectorWrapper):
     def step(self, actions):
         observations, rewards, terminated, truncated, infos = self.env.step(actions)
         is_five = infos["design"] == 5
-        infos["status"] = np.where(is_five, "diverged", infos["status"])
+        infos["diverged"] = infos["diverged"] | is_five
         infos["displacement"] = np.where(is_five[:, np.newaxis], np.nan, infos["displacement"])
         return observations, np.where(is_five, 0.0, rewards), terminated, truncated, infos
 
@@ -295,8 +299,8 @@ def test_a_design_that_diverges_is_told_and_logged_as_such():
     oracle = Oracle(lambda n: Diverges(table(n)), Budget(evaluations=9))
     answer = oracle.evaluate([BEST, 5, 5])
     columns = oracle.log.columns()
-    assert answer.info["status"].tolist() == columns["status"].tolist()
-    assert columns["status"].tolist() == ["ok", "diverged", "diverged"]
+    assert answer.info["diverged"].tolist() == columns["diverged"].tolist()
+    assert columns["diverged"].tolist() == [False, True, True]
     assert np.isnan(columns["dx"]).tolist() == [False, True, True]
     assert answer.values[1:].tolist() == [0, 0]
 
@@ -368,8 +372,96 @@ def test_a_reward_of_nan_is_refused():
 
 @pytest.mark.parametrize("kind", [list, np.array])
 def test_the_digits_of_one_design_are_not_taken_for_eight_numbers(kind):
-    with pytest.raises(SearcherError, match="look like the digits of one design"):
-        checked(kind([0, 0, 0, 2, 1, 2, 2, 2]))
-    assert checked(kind([[0, 0, 0, 2, 1, 2, 2, 2]])).tolist() == [[0, 0, 0, 2, 1, 2, 2, 2]]
-    assert len(checked(kind([0, 0, 0, 2, 1, 2, 2, 3]))) == 8
-    assert len(checked([Design(1)] * 8)) == 8
+    with pytest.raises(SearcherError, match="digits"):
+        checked(kind([0, 0, 0, 2, 1, 2, 2, 2]), SPACE)
+    assert checked(kind([[0, 0, 0, 2, 1, 2, 2, 2]]), SPACE).tolist() == [[0, 0, 0, 2, 1, 2, 2, 2]]
+    assert len(checked(kind([0, 0, 0, 2, 1, 2, 2, 3]), SPACE)) == 8
+    assert len(checked([Design(1)] * 8, SPACE)) == 8
+
+
+def test_what_is_checked_is_a_copy():
+    given = rows(5, 6)
+    made = checked(given, SPACE)
+    given[:] = 2
+    np.testing.assert_array_equal(made, rows(5, 6))
+
+
+# Time
+
+
+def work(seconds):
+    begin = time.process_time()
+    while time.process_time() - begin < seconds:
+        pass
+
+
+def test_seconds_of_processor_time_end_a_search_from_the_first_look_at_the_budget():
+    oracle = Oracle(table, Budget(cpu_seconds=0.5))
+    work(0.6)
+    assert not oracle.is_exhausted  # here the clock starts
+    oracle.evaluate([1, 2])
+    assert not oracle.is_exhausted
+    work(0.6)
+    assert oracle.ended_by == "cpu_seconds"
+    assert len(oracle.evaluate([3]).designs) == 0
+    assert oracle.evaluations == 2
+
+
+def test_one_batch_is_evaluated_however_short_the_time():
+    oracle = Oracle(table, Budget(cpu_seconds=1e-9))
+    assert not oracle.is_exhausted
+    assert len(oracle.evaluate([1, 2]).designs) == 2
+    assert oracle.is_exhausted
+
+
+@pytest.mark.parametrize(
+    ("budget", "plain", "noisy"),
+    [
+        (Budget(unique=5), 100, 5),
+        (Budget(unique=5, evaluations=3), 3, 3),
+        (Budget(evaluations=7), 7, 7),
+        (Budget(cpu_seconds=1), None, None),
+    ],
+    ids=str,
+)
+def test_a_budget_says_how_many_evaluations_it_allows(budget, plain, noisy):
+    assert budget.most_evaluations(noisy=False) == plain
+    assert budget.most_evaluations(noisy=True) == noisy
+
+
+def test_progress_is_told_in_what_the_budget_counts():
+    told = []
+
+    def tell(*progress):
+        told.append(progress)
+
+    for make_env, budget in (
+        (table, Budget(unique=3)),
+        (table, Budget(evaluations=3)),
+        (measured, Budget(unique=3)),
+        (table, Budget(cpu_seconds=9)),
+    ):
+        oracle = Oracle(make_env, budget, rng=generator(), progress=tell)
+        oracle.evaluate([BEST, BEST])
+    assert told == [(1, 3), (2, 3), (2, 3)]
+
+
+# Other lattices
+
+
+def small(n):
+    physics = {"duration": 0.01, "settle_time": 0.001}
+    return gym.make_vec("SoftVox3x3x3-v0", num_envs=n, physics=physics)
+
+
+def test_on_another_lattice_the_cache_and_the_log_work_as_on_2x2x2():
+    space = Lattice(3, 3, 3)
+    numbers = np.array([space.n_designs - 1, 5, space.n_designs - 1])
+    oracle = Oracle(small, Budget(evaluations=9))
+    assert oracle.space == space
+    columns = logged(oracle, [numbers, space.digits(numbers)])
+    assert columns["design"].tolist() == [*numbers, *numbers]
+    assert columns["cached"].tolist() == [False, False, True, True, True, True]
+    assert columns["fitness"][0] == columns["fitness"][3] > 0
+    with pytest.raises(SearcherError, match="no designs"):
+        oracle.evaluate(np.zeros((1, 8), dtype=int))

@@ -18,6 +18,7 @@ from softvox_gym.cli.signals import Stopped
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.engine import default_threads
 from softvox_gym.files import OutputError, check_folder
+from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_search.cli.own_code import look_in, prints_aside
 
@@ -170,7 +171,6 @@ def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
 
     plan = Plan(
         command=_command(args.file),
-        arguments=args.arguments,
         workers=args.workers or default_threads(),
         part=args.part,
         force=args.force,
@@ -234,9 +234,7 @@ def needs(command: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        raise BadInputError(
-            f"{command} needs the package {error.name}, which is missing"
-        ) from error
+        raise BadInputError(missing(command, error)) from error
 
 
 def check_report() -> None:

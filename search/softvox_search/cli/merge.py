@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
     if not args.no_report:
         check_report()
     make_folder(args.out)
-    plan = Plan(arguments=args.arguments, workers=1, force=args.force, report=not args.no_report)
+    plan = Plan(workers=1, force=args.force, report=not args.no_report)
     with writing(args.out):
         outcome = merge(args.folders, args.out, plan, say=warn)
     print(f"{outcome.total - outcome.missing} of {outcome.total} runs are in {args.out}")

@@ -184,8 +184,10 @@ def _search_options(args: Namespace) -> dict[str, Any]:
         raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
-    with bad_input("--shape"):
+    try:
         space = Lattice.of(args.shape)
+    except ValueError as error:
+        raise BadInputError(f"--{error}") from error
     return {
         "options": _options(args.option),
         "seed": args.seed,

@@ -34,8 +34,6 @@ class Plan:
     ----------
     command : str
         What makes the results again, for report and manifest; parts that are merged know it.
-    arguments : sequence of str
-        Of the command line, for the manifest.
     workers : int
         Processes.
     part : (int, int), optional
@@ -49,7 +47,6 @@ class Plan:
     """
 
     command: str = ""
-    arguments: Sequence[str] = ()
     workers: int = 1
     part: tuple[int, int] | None = None
     force: bool = False
@@ -157,7 +154,7 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
     out : Path
         An existing folder.
     plan : Plan
-        Only what it says of force, report and arguments counts.
+        Only what it says of force and report counts.
     say : callable (message)
         Called with warnings.
 
@@ -171,7 +168,7 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
     manifests = [_manifest_of(folder) for folder in folders]
     first = manifests[0]
     for folder, other in zip(folders, manifests, strict=True):
-        if (what := difference(_depends_on(first), _depends_on(other))) is not None:
+        if (what := difference(first, other)) is not None:
             raise UsageError(f"{folder} and {folders[0]} hold different experiments: {what}")
     experiment = of_dict(first.experiment, str(folders[0] / results.MANIFEST))
     runs = {identity(run, first.made_with): run for run in experiment.runs()}
@@ -217,28 +214,22 @@ def write_report(folder: Path) -> list[str]:
     return report.write(folder, results.read(folder))
 
 
-def difference(before: Any, now: Any, key: str = "") -> str | None:
-    """Return the first thing in which two values of JSON differ, in words; None for equal ones."""
-    if before == now:
-        return None
-    if isinstance(before, dict) and isinstance(now, dict):
-        names = [*now, *(name for name in before if name not in now)]
-        pairs = ((before.get(name), now.get(name), name) for name in names)
-    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        pairs = ((old, new, str(i)) for i, (old, new) in enumerate(zip(before, now, strict=True)))
-    else:
-        old, new = ("absent" if v is None else json.dumps(v)[:60] for v in (before, now))
-        return f"{key} was {old}, and is {new}"
-    found = (difference(old, new, f"{key}.{name}" if key else name) for old, new, name in pairs)
-    return next((what for what in found if what), None)
+def difference(before: Manifest, now: Manifest) -> str | None:
+    """Return the first thing in which two manifests differ that results depend on, in words."""
+    old, new = _depends_on(before), _depends_on(now)
+    for key in new:
+        if old.get(key) != new[key]:
+            was, is_ = (json.dumps(one)[:60] for one in (old.get(key), new[key]))
+            return f"{key} was {was}, and is {is_}"
+    return None
 
 
 def _depends_on(manifest: Manifest) -> dict[str, Any]:
-    """Return what results depend on; how many there are comes last, their title not at all."""
-    experiment = dict(manifest.experiment)
-    experiment.pop("title", None)
-    seeds = experiment.pop("seeds", None)
-    return {**manifest.made_with, **experiment, "seeds": seeds}
+    """Return all of it in one dict, how many runs there are last, without their title."""
+    experiment = {k: v for k, v in manifest.experiment.items() if k not in ("title", "seeds")}
+    made_with = dict(manifest.made_with)
+    versions = made_with.pop("versions", {})
+    return {**versions, **made_with, **experiment, "seeds": manifest.experiment.get("seeds")}
 
 
 def _manifest_of(folder: Path) -> Manifest:
@@ -283,7 +274,7 @@ def _check_free(
                 f"{folder} is not empty; choose another with --out, or write into it with --force"
             )
         return
-    what = difference(_depends_on(before), _depends_on(manifest))
+    what = difference(before, manifest)
     if what is not None and (before.files or not is_empty):
         raise UsageError(
             f"{folder} holds results made otherwise, none of which is of use here: {what}; choose "
@@ -388,7 +379,6 @@ def _sum_up(
     _write_failed(folder / name, outcome)
     data = {
         **provenance(threads=1),
-        "arguments": list(plan.arguments),
         "workers": plan.workers,
         "runs": len(runs),
         "seconds": outcome.seconds,

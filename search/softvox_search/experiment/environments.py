@@ -14,7 +14,7 @@ from gymnasium.vector import VectorEnv
 
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
 from softvox_gym.wrappers import is_noisy, silent, vector
-from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError
+from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant
 from softvox_search.oracle import MakeEnv
 from softvox_search.policies import with_policy
 from softvox_search.registry import make
@@ -94,7 +94,7 @@ def check(experiment: Experiment, place: str) -> None:
             f"{place}: [[searchers]] {choice.label}",
             lambda: make(choice.name, np.random.default_rng(0), space=shape, **choice.options),  # noqa: B023
         )
-        for policy in experiment.policy_choices():
+        for policy in experiment.policies:
             _tried(
                 f"{place}: [[policies]] {policy.name}: with {choice.label}",
                 lambda: with_policy(searcher, policy.policy, shape, choice.budget),  # noqa: B023
@@ -130,6 +130,12 @@ def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
         if kind is None:
             raise ImportError(f"module {module} has no {attribute}")
     else:
+        known = [name for name in vector.__all__ if name != "is_noisy"]
+        if name not in known:
+            raise ValueError(
+                f"there is no wrapper {name!r}{meant(name, known)}; they are {', '.join(known)}, and "
+                "your own as package.module:Class"
+            )
         kind = getattr(vector, name)
     try:
         inspect.signature(kind).bind(env, **options)

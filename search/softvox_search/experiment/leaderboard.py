@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_gym import Design, Lattice, evaluate, landscape
+from softvox_gym import Design, Lattice, evaluate
 from softvox_search.experiment.results import Results
 from softvox_search.experiment.schema import Problem
+from softvox_search.report.truth import exact_fitness
 
 #: Columns of the table of a problem.
 COLUMNS = ("searcher", "policy", "budget", "runs", "value", "best", "regret", "found", "ert")
@@ -140,10 +141,7 @@ def _worth(recommended: int | str, problem: Problem) -> float:
 
 def _landscape(problem: Problem) -> NDArray[np.float64] | None:
     """Return the fitness of every design of a lattice that is known as a whole, else None."""
-    if problem.shape != Lattice():
-        return None
-    fitness: NDArray[np.float64] = landscape(problem.values)["fitness"]
-    return np.nan_to_num(fitness)
+    return exact_fitness(problem.values)["raw"] if problem.shape == Lattice() else None
 
 
 def _level(level: float | None) -> float | None:

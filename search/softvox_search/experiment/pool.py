@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -93,7 +93,8 @@ def do_all(tasks: Sequence[Task], *, workers: int) -> Generator[Done | Failed, N
     try:
         team += [_Worker() for _ in range(min(workers, len(left)))]
         while team:
-            for worker in _answering(team):
+            ready = wait([worker.connection for worker in team])
+            for worker in [worker for worker in team if worker.connection in ready]:
                 was_ready, outcome = worker.is_ready, worker.outcome()
                 if outcome is not None:
                     yield outcome
@@ -148,12 +149,6 @@ class _Worker:
             raise UsageError(f"a worker process ended with exit code {code} before any run")
         self.is_ready = False
         return Failed(self._run, f"its process ended with exit code {code}", "")
-
-
-def _answering(team: list[_Worker]) -> Iterator[_Worker]:
-    by_connection: dict[Any, _Worker] = {worker.connection: worker for worker in team}
-    for connection in wait(list(by_connection)):
-        yield by_connection[connection]
 
 
 def _start(process: SpawnProcess) -> None:

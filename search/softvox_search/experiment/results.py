@@ -369,7 +369,7 @@ def _frame(path: Path) -> pd.DataFrame:
 
     table = pd.read_csv(path, dtype=str, keep_default_na=False)
     for name in table.columns.difference(list(_TEXT)):
-        table[name] = pd.Series([_number(text) for text in table[name]], dtype=_dtype(table[name]))
+        table[name] = pd.Series([_number(text) for text in table[name]])
     table["file"] = [f"{FOLDER}/{run_path(Path(), run).name}" for run in table["run"]]
     return table
 
@@ -378,9 +378,3 @@ def _number(text: str) -> int | float | str:
     if text.isdecimal():  # digits of a design are longer than any number of one
         return int(text) if len(text) < 20 else text
     return float(text or "nan")
-
-
-def _dtype(texts: pd.Series[str]) -> str:
-    if any(len(text) >= 20 and text.isdecimal() for text in texts):
-        return "object"
-    return "int64" if all(text.isdecimal() for text in texts) else "float64"

@@ -15,17 +15,14 @@ from typing import Annotated, Any, cast
 
 import msgspec
 from msgspec import Meta, Struct
+from msgspec.structs import asdict
 
 from softvox_gym import Lattice, Physics
 from softvox_gym.cli.terminal import BadInputError
 from softvox_search.oracle import Budget
 from softvox_search.policies import Policy
-from softvox_search.registry import SEARCHERS
 
 NOISE = "JakobiNoise"
-
-#: Wrappers that an experiment may name; another is named as "package.module:Class".
-WRAPPERS = ("FitnessNoise", NOISE, "Resample")
 
 #: Runs of an experiment.
 MOST_RUNS = 10**6
@@ -51,9 +48,14 @@ class BudgetKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     steps: Count | None = None
     cpu_seconds: Annotated[float, Meta(gt=0)] | None = None
 
+    def within(self, common: BudgetKeys) -> Budget:
+        """Return the budget, with the common one's keys where it doesn't have its own."""
+        given = {**asdict(common), **{key: n for key, n in asdict(self).items() if n is not None}}
+        return Budget(**given)
 
-class PolicyKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[policies]]; see `softvox_search.policies.Policy`."""
+
+class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[policies]]: a name, and what `softvox_search.policies.Policy` takes."""
 
     name: Name
     running_mean: bool = False
@@ -61,6 +63,11 @@ class PolicyKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     final_stage: bool = False
     finalists: Count = 10
     resamples: Count = 8
+
+    @property
+    def policy(self) -> Policy:
+        """The policy itself."""
+        return Policy(**{key: value for key, value in asdict(self).items() if key != "name"})
 
 
 class SearcherKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -90,7 +97,7 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     table: bool = True
     levels: Annotated[list[Level], Meta(min_length=1)] | None = None
     wrappers: list[dict[str, Any]] = []
-    policies: list[PolicyKeys] = []
+    policies: list[PolicyChoice] = []
     searchers: Annotated[list[SearcherKeys], Meta(min_length=1)]
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,7 +110,9 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return [
             Problem(
                 physics=_label(physics),
-                values=physics if isinstance(physics, str) else _without_label(physics),
+                values=physics
+                if isinstance(physics, str)
+                else {key: value for key, value in physics.items() if key != "label"},
                 shape=shape,
                 level=level,
                 wrappers=tuple(self.wrappers),
@@ -123,27 +132,20 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     def _swept(self, row: SearcherKeys) -> Iterator[SearcherChoice]:
         swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
-        keys = {**_given(self.budget), **_given(row.budget)}
         for values in product(*swept.values()):
             options = dict(zip(swept, values, strict=True))
-            shown = ", ".join(f"{name}={_shown(value)}" for name, value in options.items())
             yield SearcherChoice(
                 name=row.name,
-                label=(row.label or row.name) + (f"({shown})" if shown else ""),
+                label=(row.label or row.name) + (f"({_shown(options)})" if options else ""),
                 options={**row.options, **options},
                 seeds=row.seeds or self.seeds,
-                budget=Budget(**keys),
+                budget=row.budget.within(self.budget),
             )
-
-    def policy_choices(self) -> list[PolicyChoice]:
-        """Return the policies against luck."""
-        rows = [msgspec.structs.asdict(row) for row in self.policies]
-        return [PolicyChoice(name=row.pop("name"), policy=Policy(**row)) for row in rows]
 
     def runs(self) -> list[Run]:
         """Return all runs: searcher x problem x policy x seed, the seed changing fastest."""
         problems = self.problems()
-        policies: Sequence[PolicyChoice | None] = self.policy_choices() or [None]
+        policies: Sequence[PolicyChoice | None] = self.policies or [None]
         return [
             Run(searcher=searcher, problem=problem, policy=policy, seed=seed, entropy=self.entropy)
             for searcher in self.searcher_choices()
@@ -212,14 +214,6 @@ class Problem:
         if not any(wrapper["name"] == NOISE for wrapper in self.wrappers):
             return [level, *self.wrappers]
         return [{**w, **level} if w["name"] == NOISE else w for w in self.wrappers]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PolicyChoice:
-    """A policy against luck, under the name by which reports call it."""
-
-    name: str
-    policy: Policy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,11 +290,8 @@ class Run:
         }
 
     def __str__(self) -> str:
-        shown = [
-            self.searcher.label,
-            *(f"{k} {v}" for k, v in self.names().items() if k != "searcher"),
-        ]
-        return ", ".join(part for part in shown if not part.endswith((" ", " None")))
+        known = {key: value for key, value in self.names().items() if value not in (None, "")}
+        return ", ".join(f"{key} {value}" for key, value in known.items())
 
 
 def read(path: Path) -> Experiment:
@@ -351,7 +342,7 @@ def meant(given: str, valid: Iterable[str]) -> str:
 KEYS: dict[str, tuple[str, ...]] = {
     "": Experiment.__struct_fields__,
     "budget": BudgetKeys.__struct_fields__,
-    "policies": PolicyKeys.__struct_fields__,
+    "policies": PolicyChoice.__struct_fields__,
     "searchers": SearcherKeys.__struct_fields__,
 }
 
@@ -407,15 +398,14 @@ def _check(experiment: Experiment) -> None:
     if experiment.entropy > MOST_ENTROPY:
         raise ValueError(f"entropy must be at most {MOST_ENTROPY}, of 128 bits")
     for row in experiment.searchers:
-        _check_name("searchers", row.name, SEARCHERS)
-        if not all(row.options.values()) and [] in row.options.values():
+        if [] in row.options.values():
             raise ValueError(f"[[searchers]] {row.name} options must not be empty lists")
-    for wrapper in experiment.wrappers:
-        name = wrapper.get("name")
-        if not isinstance(name, str):
-            raise ValueError("[[wrappers]] lacks the key name, a text")
-        _check_name("wrappers", name, WRAPPERS)
-    _check_finite(experiment)
+    if not all(isinstance(wrapper.get("name"), str) for wrapper in experiment.wrappers):
+        raise ValueError("[[wrappers]] lacks the key name, a text")
+    try:
+        json.dumps(experiment.to_dict(), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
     number = len(experiment.problems()) * max(1, len(experiment.policies))
     number *= sum(choice.seeds for choice in experiment.searcher_choices())
     if number > MOST_RUNS:
@@ -440,42 +430,18 @@ def _check(experiment: Experiment) -> None:
         raise ValueError(f"[[wrappers]] {NOISE} has a level of its own beside levels; drop one")
 
 
-def _check_name(kind: str, name: str, known: Iterable[str]) -> None:
-    if ":" not in name and name not in known:
-        raise ValueError(
-            f"[[{kind}]] name must be one of {', '.join(known)} or package.module:Class, got "
-            f"{name!r}{meant(name, known)}"
-        )
-
-
-def _check_finite(experiment: Experiment) -> None:
-    try:
-        json.dumps(experiment.to_dict(), allow_nan=False)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-
-
 def _check_different(kind: str, key: str, names: list[str]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
 
 
-def _given(keys: BudgetKeys) -> dict[str, Any]:
-    return {name: value for name, value in msgspec.structs.asdict(keys).items() if value}
-
-
 def _label(physics: str | dict[str, Any]) -> str:
     if isinstance(physics, str):
         return physics
-    changes = _without_label(physics)
-    shown = ", ".join(f"{name}={_shown(value)}" for name, value in changes.items())
-    return str(physics.get("label") or shown or "exact")
+    return str(physics.get("label") or _shown(physics) or "exact")
 
 
-def _without_label(physics: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in physics.items() if name != "label"}
-
-
-def _shown(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value, default=str)
+def _shown(values: dict[str, Any]) -> str:
+    texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in values.items()}
+    return ", ".join(f"{key}={text}" for key, text in texts.items())

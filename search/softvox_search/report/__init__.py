@@ -19,12 +19,6 @@ def write(folder: Path, results: Results) -> list[str]:
 
     The same results give the same bytes. Each file appears whole; one that exists is replaced.
 
-    Parameters
-    ----------
-    folder : Path
-        An existing folder.
-    results : Results
-
     Returns
     -------
     list of str

@@ -70,11 +70,7 @@ def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
 def improvements(at: NDArray[Any], fitness: Array) -> Curve:
     """Return every evaluation of a fitness larger than all before it; the first always is.
 
-    Parameters
-    ----------
-    at : ndarray of int, shape (n,)
-        Unique evaluations until each evaluation.
-    fitness : ndarray, shape (n,)
+    Unique evaluations until each of n evaluations, and its fitness, both of shape (n,).
     """
     best = np.maximum.accumulate(fitness)
     rows = np.flatnonzero(fitness > np.concatenate([[-np.inf], best])[: len(best)])
@@ -88,7 +84,7 @@ def finished(results: Results) -> pd.DataFrame:
     and:
 
     ========= =========================================================================
-    limit     unique evaluations that the run's budget allows
+    limit     unique evaluations that the budget allows, or were used if it states none
     landscape exact fitness of all designs by terms; None where it is not known
     goal      the optimum, or the best that any run of the problem found; voxel widths
     raw       the run's Curve. Where the landscape is known by its noise-free fitness:
@@ -117,8 +113,10 @@ def finished(results: Results) -> pd.DataFrame:
     columns: dict[str, list[Any]] = {"limit": [], "landscape": [], **{t: [] for t in TERMS}}
     for row in records(runs):
         log = results.evaluations(row["run"])
-        landscape = known[row["physics"]] if row["shape"] == shape_name(SHAPE) else None
-        columns["limit"].append(_limit(budgets[row["searcher"]], row["unique"]))
+        landscape = known[row["physics"]] if row["shape"] == "{}x{}x{}".format(*SHAPE) else None
+        budget = budgets[row["searcher"]]
+        stated = [n for name in ("unique", "evaluations") if (n := budget.get(name)) is not None]
+        columns["limit"].append(min(stated, default=row["unique"]))
         columns["landscape"].append(landscape)
         for terms in TERMS:
             fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else None
@@ -135,27 +133,11 @@ def finished(results: Results) -> pd.DataFrame:
     return runs
 
 
-def shape_name(shape: Iterable[int]) -> str:
-    """Return a shape as tables write it, "2x2x2"."""
-    return "x".join(map(str, shape))
-
-
-def _limit(budget: Mapping[str, Any], used: int) -> int:
-    """Return the unique evaluations that a budget allows; those used, if it states none."""
-    stated = [n for n in (budget.get("unique"), budget.get("evaluations")) if n is not None]
-    return int(min(stated, default=used))
-
-
 def best(curves: Iterable[Curve], positions: NDArray[np.int64]) -> Array:
-    """Return the best value of every run after so many unique evaluations.
+    """Return the best value of n runs after so many unique evaluations, shape (n, m), voxel widths.
 
     A run that has ended keeps its value; one that has not begun has none, which counts as 0, what
     standing still is worth.
-
-    Returns
-    -------
-    ndarray, shape (n, len(positions))
-        Voxel widths.
     """
     rows = [
         np.concatenate([[0.0], curve.fitness])[np.searchsorted(curve.at, positions, side="right")]
@@ -165,12 +147,7 @@ def best(curves: Iterable[Curve], positions: NDArray[np.int64]) -> Array:
 
 
 def first_at(curves: Iterable[Curve], targets: Iterable[float]) -> Array:
-    """Return the unique evaluations until every run reached its target; infinite where never.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """Return the unique evaluations until each of n runs reached its target; infinite if never."""
     places = [
         np.append(curve.at, np.inf)[np.searchsorted(curve.fitness, target)]
         for curve, target in zip(curves, targets, strict=True)

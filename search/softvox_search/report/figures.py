@@ -16,7 +16,6 @@ from softvox_search.report.style import line, scaled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 #: The searcher that every panel shows for comparison, where the experiment has it.
 BASELINE = "random"
@@ -95,7 +94,7 @@ def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
     """Return in words which of several problems one is."""
     physics, shape, level = (problem[name] for name in PROBLEM)
     parts = []
-    if "" in set(problems["physics"]):
+    if problems["physics"].nunique() > 1:
         parts.append(f"physics {physics}" if physics else "all physics")
     if problems["shape"].nunique() > 1:
         parts.append(f"lattice {shape}")
@@ -103,15 +102,10 @@ def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
 
 
 def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
-    """Draw the regret over time of one kind of terms: a panel per searcher, all others in grey.
+    """Draw what runs are judged by over time: a panel per searcher, all others in grey.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Of `tables.anytime`, in one kind of terms.
-    title : str
-    ends : dict
-        By searcher: where the median of its runs ends.
+    The table is that of `tables.anytime` in one kind of terms; ends says by searcher where the
+    median of its runs ends.
     """
     made = _multiples(table, "iqm", title=title, ends=ends, is_banded=True)
     made.supylabel(f"{_measure(table)}, voxel widths (IQM)")
@@ -164,7 +158,14 @@ def _multiples(
     axes[0].xaxis.set_major_formatter("{x:g}")
     axes[0].minorticks_off()
     made.supxlabel("unique evaluations")
-    style.legend(made, title, _multiples_legend(names, is_banded=is_banded))
+    handles = [line("the searcher named above", color=_OWN, lw=scaled(1.8))]
+    if is_banded:
+        handles.append(line("its 95 % band", color=_OWN, lw=scaled(7), alpha=0.25))
+    if BASELINE in names:
+        handles.append(line(BASELINE, color=_BASE, lw=scaled(1.3), ls="--"))
+    if len(names) > 1:
+        handles.append(line("the others", color=style.GREY, lw=scaled(0.9)))
+    style.legend(made, title, handles)
     return made
 
 
@@ -186,30 +187,12 @@ def _own(axis: Axes, curve: pd.DataFrame, column: str, *, end: float, is_banded:
         )
 
 
-def _multiples_legend(names: list[str], *, is_banded: bool) -> list[Line2D]:
-    handles = [line("the searcher named above", color=_OWN, lw=scaled(1.8))]
-    if is_banded:
-        handles.append(line("its 95 % band", color=_OWN, lw=scaled(7), alpha=0.25))
-    if BASELINE in names:
-        handles.append(line(BASELINE, color=_BASE, lw=scaled(1.3), ls="--"))
-    if len(names) > 1:
-        handles.append(line("the others", color=style.GREY, lw=scaled(0.9)))
-    return handles
-
-
 #: Of a panel's width, beside the least and the greatest regret: room for half a marker.
 _SIDE = 0.06
 
 
 def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
-    """Draw the regret at fixed budgets: a row per searcher, a panel per budget.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of `tables.fixed_budget`, in both terms.
-    title : str
-    """
+    """Draw `tables.fixed_budget` in all terms: a row per searcher, a panel per budget."""
     names = list(dict.fromkeys(table["searcher"]))
     budgets = sorted(set(table["budget"]))
     made = style.figure(1.4 + 1.5 * max(len(budgets), 3), scaled(1.5 + 0.32 * len(names)))
@@ -243,14 +226,9 @@ _TALLER = 2.3 / 2.1
 def noise(
     by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, *, title: str
 ) -> Figure:
-    """Draw true regret or optimism by level and policy, for all searchers together and each.
+    """Draw one of `MEASURES` by level and policy, for all searchers together and each.
 
-    Parameters
-    ----------
-    by_searcher, by_policy : DataFrame
-        Of `noise.by_searcher` and `noise.by_policy`, where true values are known.
-    measure : "true_regret" or "optimism"
-    title : str
+    The tables are those of `noise`, where true values are known.
     """
     names = list(dict.fromkeys(by_searcher["searcher"]))
     levels = sorted(set(by_searcher["level"]))
@@ -263,7 +241,10 @@ def noise(
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
             shift = (i - (len(policies) - 1) / 2) * 0.6 / max(len(policies), 1)
-            _points(axis, chosen, measure, [levels.index(v) + shift for v in chosen["level"]], i)
+            places = [levels.index(level) + shift for level in chosen["level"]]
+            low, high = chosen[f"{measure}_low"], chosen[f"{measure}_high"]
+            axis.vlines(places, low, high, color=_look(i)["color"], lw=scaled(1.4))
+            axis.plot(places, chosen[measure], **_look(i))
         axis.set_title(name, fontweight=weight)
         axis.axhline(0, color=style.INK, lw=scaled(0.8))
     axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
@@ -276,9 +257,8 @@ def noise(
 
 
 def _look(i: int) -> dict[str, Any]:
-    colour = style.COLOURS[i % len(style.COLOURS)]
     return {
-        "color": colour,
+        "color": style.COLOURS[i % len(style.COLOURS)],
         "marker": style.MARKERS[i % len(style.MARKERS)],
         "ls": style.LINES[i % len(style.LINES)],
         "lw": scaled(1.0),
@@ -286,12 +266,3 @@ def _look(i: int) -> dict[str, Any]:
         "mec": style.INK,
         "mew": scaled(0.5),
     }
-
-
-def _points(
-    axis: Axes, table: pd.DataFrame, measure: str, places: list[float], policy: int
-) -> None:
-    look = _look(policy)
-    low, high = table[f"{measure}_low"], table[f"{measure}_high"]
-    axis.vlines(places, low, high, color=look["color"], lw=scaled(1.4))
-    axis.plot(places, table[measure], **look)

@@ -26,12 +26,7 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
     true_regret, how far that is below the largest true value of all designs; optimism, believed
     less true_value. All in voxel widths; empty where the truth was not measured.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        Finished runs, as `curves.finished` returns them.
-    problems : iterable of Problem
-        Of which the labels and the values of the physics are used.
+    The runs are those of `curves.finished`.
     """
     parts = []
     for key, group in groups(runs, *PROBLEM):

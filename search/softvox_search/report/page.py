@@ -24,8 +24,8 @@ Tables = Mapping[str, pd.DataFrame]
 #: The budget at which the page shows all pairs; the tables have the others.
 PAIRS_AT = 500
 
-#: A longer table is named on the page, not shown; so many failed runs are named.
-MOST_LINES, MOST_FAILED = 40, 20
+#: A longer table is named on the page, not shown.
+MOST_LINES = 40
 
 
 def write_report(folder: Path, results: Results) -> list[str]:
@@ -36,36 +36,35 @@ def write_report(folder: Path, results: Results) -> list[str]:
             f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
         }
     files = {f"{name}.csv": text.csv(table) for name, table in made.items()}
-    page = _report(results, made, list(pictures), files)
     for name, contents in (("tables", files), ("figures", pictures)):
         if contents:
             write_folder(folder / name, contents, force=True)
+    page = _report(results, made, list(pictures))
     write_file(folder / "report.md", page.encode(), force=True)
     names = [f"tables/{name}" for name in files] + [f"figures/{name}" for name in pictures]
     return [*names, "report.md"]
 
 
-def _report(results: Results, made: Tables, pictures: list[str], files: dict[str, bytes]) -> str:
-    """Return the page; Markdown tables too long for it are added to the files."""
-    blocks = [*_head(results), "## Runs", _shown("runs", text.overview(made["runs"]), files)]
+def _report(results: Results, made: Tables, pictures: list[str]) -> str:
+    """Return the page."""
+    blocks = [*_head(results), "## Runs", _shown("runs", text.overview(made["runs"]))]
     if "problems" in made:
         problems = made["problems"]
         if problems["goal"].nunique() > 1 or not problems["known"].all():
-            blocks += ["## Problems", _shown("problems", text.problems(problems), files)]
+            blocks += ["## Problems", _shown("problems", text.problems(problems))]
         blocks += _definitions(results, problems)
         if "noise_policies" in made:
-            blocks += _noise(made, pictures, files)
+            blocks += _noise(made, pictures)
         for problem in records(problems):
-            blocks += _comparison(made, problem, pictures, files)
+            blocks += _comparison(made, problem, pictures)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
-def _shown(name: str, table: str, files: dict[str, bytes]) -> str:
+def _shown(name: str, table: str) -> str:
     """Return a table for the page, or where it is to be found if it is long."""
     if table.count("\n") <= MOST_LINES:
         return table
-    files[f"{name}.md"] = table.encode()
-    return f"A long table: [tables/{name}.md](tables/{name}.md)."
+    return f"A long table: [tables/{name}.csv](tables/{name}.csv)."
 
 
 def _pictures(names: list[str], pictures: list[str]) -> list[str]:
@@ -82,14 +81,8 @@ def _head(results: Results) -> list[str]:
     for other in others:
         names = ", ".join(escaped(name) for name, own in budgets.items() if own == other)
         lines.append(f"Except {names}: {other} each.")
-    if len(failed):
-        columns = zip(failed["run"], failed["searcher"], failed["seed"], strict=True)
-        named = [f"{str(run)[:16]} ({escaped(name)}, seed {seed})" for run, name, seed in columns]
-        more = f" and {len(named) - MOST_FAILED} more" if len(named) > MOST_FAILED else ""
-        which = ", ".join(named[:MOST_FAILED]) + more
-        lines.append(f"**{len(failed)} failed and left out:** run {which}.")
-    else:
-        lines.append("No run failed.")
+    failures = f"**{len(failed)} failed and left out.**" if len(failed) else "No run failed."
+    lines.append(failures)
     return [f"# {escaped(results.title)}", text.fenced(results.command), " ".join(lines)]
 
 
@@ -144,9 +137,7 @@ def _definitions(results: Results, problems: pd.DataFrame) -> list[str]:
     return ["## Terms", "\n".join(lines)]
 
 
-def _comparison(
-    made: Tables, problem: dict[str, Any], pictures: list[str], files: dict[str, bytes]
-) -> list[str]:
+def _comparison(made: Tables, problem: dict[str, Any], pictures: list[str]) -> list[str]:
     """Return the searchers compared on one problem, or on all physics together."""
     name, physics = problem["name"], problem["physics"]
     budget, target, pairs = (
@@ -194,7 +185,7 @@ def _comparison(
         f"the share of runs that did. ∞: none did.{_target_sizes(target)}",
         text.fixed_target(target),
     ]
-    return blocks + (_pairs(pairs, name, mark, files) if len(pairs) else [])
+    return blocks + (_pairs(pairs, mark) if len(pairs) else [])
 
 
 def _targets(problem: dict[str, Any]) -> str:
@@ -229,32 +220,22 @@ def _target_sizes(table: pd.DataFrame) -> str:
     return f" So many of all designs meet the targets: {', '.join(parts)}."
 
 
-def _pairs(table: pd.DataFrame, name: str, mark: str, files: dict[str, bytes]) -> list[str]:
-    """Show all pairs at one budget, and write files with the others."""
+def _pairs(table: pd.DataFrame, mark: str) -> list[str]:
+    """Show all pairs at one budget."""
     shown = max((b for b in table["budget"] if b <= PAIRS_AT), default=table["budget"].min())
-    squares = []
-    for (terms,), here in groups(table, "terms"):
-        by_budget = {budget: text.pairs(rows) for (budget,), rows in groups(here, "budget")}
-        files[f"pairs_{terms}{name}.md"] = "\n".join(
-            f"After {budget} unique evaluations:\n\n{square}"
-            for budget, square in by_budget.items()
-        ).encode()
-        squares += [f"In {terms} terms:", by_budget[shown]]
-    others = " and ".join(
-        f"tables/pairs_{terms}{name}.md" for terms in dict.fromkeys(table["terms"])
-    )
-    return [
+    blocks = [
         f"{mark} Pairs",
         f"After {shown} unique evaluations: the chance (Vargha and Delaney's A12) that a run of "
         "the searcher at the left has found a fitter design than one of the searcher above, ties "
         "counted half. Bold: Mann and Whitney's two-sided test, adjusted by Holm for all pairs of "
-        f"the table, is below 0.05. The other budgets are in {others}, U and p in "
-        "tables/pairs.csv.",
-        *squares,
+        "the table, is below 0.05. The other budgets, U and p are in tables/pairs.csv.",
     ]
+    for (terms,), here in groups(table[table["budget"] == shown], "terms"):
+        blocks += [f"In {terms} terms:", text.pairs(here)]
+    return blocks
 
 
-def _noise(made: Tables, pictures: list[str], files: dict[str, bytes]) -> list[str]:
+def _noise(made: Tables, pictures: list[str]) -> list[str]:
     policies, searchers, problems = (
         made[name] for name in ("noise_policies", "noise_searchers", "problems")
     )
@@ -275,9 +256,9 @@ def _noise(made: Tables, pictures: list[str], files: dict[str, bytes]) -> list[s
         "\n".join(f"- {note[0].upper()}{note[1:]}" for note in notes),
         *_pictures([f"{measure}{end}" for end in ends for measure in MEASURES], pictures),
         _policies(reference_policy(made["recommendations"]["policy"])),
-        _shown("noise_policies", text.noise(policies), files),
+        _shown("noise_policies", text.noise(policies)),
         "Each searcher:",
-        _shown("noise_searchers", text.noise(searchers), files),
+        _shown("noise_searchers", text.noise(searchers)),
     ]
     if (searchers["known"] < searchers["runs"]).any():
         blocks.append(

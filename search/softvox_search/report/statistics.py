@@ -140,12 +140,7 @@ def running_time_band(
 ) -> tuple[float, float]:
     """Return the percentile band of the expected running time by the bootstrap of `band`.
 
-    Parameters
-    ----------
-    used, succeeded : ndarray, shape (n,)
-        As in `expected_running_time`.
-    strata : array_like, shape (n,)
-        The problem of each run.
+    The stratum of a run, shape (n,), is its problem; the others are as in `expected_running_time`.
     """
     drawn = resampled(strata)
     if drawn is None:

@@ -189,22 +189,19 @@ def legend(made: Figure, title: str, handles: list[Line2D]) -> None:
     )
 
 
-def encoded(made: Figure, form: str = "png") -> bytes:
-    """Return a figure as the bytes of a file.
+def lay_out(made: Figure) -> None:
+    """Put the parts of a figure where they belong, once and for good.
 
-    Its parts are put where they belong once and for good; matplotlib does so for every file anew
-    otherwise, in the file's own units.
-
-    Parameters
-    ----------
-    made : Figure
-    form : str
-        One of `FORMATS`.
+    Matplotlib does so for every file anew otherwise, in the file's own units.
     """
-    engine = made.get_layout_engine()
-    if engine is not None:
+    if (engine := made.get_layout_engine()) is not None:
         engine.execute(made)
         made.set_layout_engine(None)
+
+
+def encoded(made: Figure, form: str = "png") -> bytes:
+    """Return a figure as the bytes of a file; form is one of `FORMATS`."""
+    lay_out(made)
     buffer = io.BytesIO()
     made.savefig(buffer, format=form, dpi="figure", metadata=FORMATS[form])
     return buffer.getvalue()

@@ -85,13 +85,7 @@ def make(results: Results) -> dict[str, pd.DataFrame]:
 
 
 def overview(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return for all that runs have in common how many there are, and the median of what they used.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        `Results.runs`.
-    """
+    """Return how many runs of each kind there are, and the medians of what finished ones used."""
     ok = runs["status"] == "ok"
     used = {name: runs[name].where(ok) for name in ("unique", "evaluations", "steps")}
     counted = runs[AXES].assign(runs=ok, failed=~ok, **used)
@@ -195,10 +189,7 @@ def anytime(section: pd.DataFrame) -> pd.DataFrame:
     or where the optimum is not known "best", the best value so far; and its iqm over the runs with
     low and high, its bootstrap band (voxel widths), which several physics have no common one of.
 
-    Parameters
-    ----------
-    section : DataFrame
-        Of `sections`, those of one problem.
+    The section has the rows of `sections` about one problem, or about several pooled.
     """
     at = positions(int(section["unique"].max()))
     parts = []

@@ -66,7 +66,7 @@ def escaped(label: object) -> str:
 
 def fenced(command: str) -> str:
     """Return a command as a block of code, whatever is in it."""
-    fence = "`" * max(3, *(len(ticks) + 1 for ticks in re.findall("`+", command)), 0)
+    fence = "`" * max([3, *(len(ticks) + 1 for ticks in re.findall("`+", command))])
     return f"{fence}sh\n{command}\n{fence}"
 
 
@@ -133,19 +133,19 @@ def probability(p: float) -> str:
 
 def overview(table: pd.DataFrame) -> str:
     """Return what every searcher used, of `tables.overview`."""
-    used = {name: name for name in ("runs", "failed")} | {
-        name: f"{text} (median)"
-        for name, text in (
-            ("unique", "unique evaluations"),
-            ("evaluations", "evaluations"),
-            ("steps", "steps"),
-        )
-    }
     axes = _axes(table, "searcher")
+    used = ["unique evaluations", "evaluations", "steps"]
     rows = (
-        [*_labels(row, axes), *(number(row[name], 0) for name in used)] for row in records(table)
+        [
+            *_labels(row, axes),
+            *(
+                number(row[name], 0)
+                for name in ("runs", "failed", "unique", "evaluations", "steps")
+            ),
+        ]
+        for row in records(table)
     )
-    return markdown([*axes, *used.values()], rows)
+    return markdown([*axes, "runs", "failed", *(f"{name} (median)" for name in used)], rows)
 
 
 def problems(table: pd.DataFrame) -> str:

@@ -14,9 +14,6 @@ from typing import Any, NoReturn
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
 
-#: Whole numbers on the command line have at most nine digits.
-MOST = 10**9 - 1
-
 #: Negative numbers that argparse takes for options.
 ODD_NEGATIVE = re.compile(r"-((\d+\.?\d*|\.\d+)(e[-+]?\d+)|\d+\.|inf|nan)", re.IGNORECASE)
 
@@ -58,13 +55,11 @@ def number(text: str) -> float:
 
 
 def whole_number(text: str) -> int:
-    """Read a positive whole number."""
-    if re.fullmatch(r"[0-9]*[1-9][0-9]{9,}", text):
+    """Read a positive whole number of at most nine digits."""
+    if not re.fullmatch(r"0*[1-9][0-9]{0,8}", text):
         raise argparse.ArgumentTypeError(
-            f"must be a whole number above 0 and at most {MOST}, got {text}"
+            f"must be a whole number above 0 and at most {10**9 - 1}, got {text}"
         )
-    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
     return int(text)
 
 
@@ -88,13 +83,12 @@ def add_physics(parser: argparse.ArgumentParser) -> None:
         "(default: published)",
     )
     for spec in SPECS:
+        option = "--" + spec.name.replace("_", "-")
+        published, exact = _shown(spec.published), _shown(spec.default)
+        default = published if published == exact else f"{published}, exact {exact}"
         unit = f"; {spec.unit}" if spec.unit else ""
-        text = f"{spec.about}{unit} (default: {_defaults(spec)})".replace("%", "%%")
-        group.add_argument(_option(spec.name), help=text, **_kind(spec))
-
-
-def _option(name: str) -> str:
-    return "--" + name.replace("_", "-")
+        text = f"{spec.about}{unit} (default: {default})"
+        group.add_argument(option, help=text, **_kind(spec))
 
 
 def _kind(spec: ParameterSpec) -> dict[str, Any]:
@@ -107,16 +101,11 @@ def _kind(spec: ParameterSpec) -> dict[str, Any]:
     return {"type": number, "metavar": "X"}
 
 
-def _defaults(spec: ParameterSpec) -> str:
-    published, exact = _shown(spec.published), _shown(spec.default)
-    return published if published == exact else f"{published}, exact {exact}"
-
-
 def _shown(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    short = f"{value:g}" if isinstance(value, float) else str(value)
-    return short if isinstance(value, str) or float(short) == value else str(value)
+    is_short = isinstance(value, float) and float(f"{value:g}") == value
+    return f"{value:g}" if is_short else str(value)
 
 
 def physics_of(args: argparse.Namespace) -> Physics:

@@ -6,6 +6,7 @@ import json
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from softvox_gym.cli.parser import number
@@ -16,17 +17,13 @@ from softvox_gym.landscapes.noisy import LEVELS
 
 KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
-DESCRIPTION = """\
+DESCRIPTION = f"""\
 Show what noise on actuation, friction, stiffness, density and the floor's tilt
 does to the landscape, from the noisy ground truth that ships with the package:
 64 draws of every design at each level, 256 fresh ones of the best. Level 1 is
 the assumed real variability (Jakobi, Husbands and Harvey 1995), 0 none.
 
-  tau       Kendall's rank correlation of the mean with the exact fitness, over
-            all designs and over the 100 fittest
-  overlap   how many of the 100 fittest are among the 100 with the best mean,
-            and among the 100 with the best 10 % quantile (q10)
-  retained  what is left of the fitness of the 100 fittest, on average
+{fill(robustness.MEANING, 79)}
 
 At level 4 a robot now and then slides down the tilted floor for a metre, and
 the means are of that more than of walking; the quantile is not.

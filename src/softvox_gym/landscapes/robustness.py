@@ -17,6 +17,15 @@ TOP = 100
 #: Designs of the published top hundred that fall over, to a side that the last bit decides.
 SENSITIVE = (6453, 4295, 6481, 6507)
 
+#: Of the numbers in `levels`.
+MEANING = """\
+tau is Kendall's rank correlation of the mean with the exact fitness, over all designs and over the
+100 fittest without noise; overlap, how many of those are among the 100 with the best mean, and with
+the best 10 % quantile (q10), which no single lucky draw can move; retained, the mean over those of
+mean / exact fitness; diverged, the largest share of draws that diverged, of any design. Mean and
+standard error (+-) are in voxel widths.
+"""
+
 
 def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the designs, best first; equal ones by number."""
@@ -64,11 +73,7 @@ def levels() -> Section:
             )
         )
     return Section(
-        note="tau is Kendall's rank correlation of the mean with the exact fitness, over all "
-        "designs and over the 100 fittest without noise; overlap, how many of those are among the "
-        "100 with the best mean, and with the best 10 % quantile, which no single lucky draw can "
-        "move; retained, the mean over those of mean / exact fitness; diverged, the largest share "
-        "of draws that diverged, of any design. Mean and standard error (+-) in voxel widths.",
+        note=MEANING,
         columns=(
             Column("level", "level", "g"),
             Column("best", "best"),

@@ -272,7 +272,7 @@ def _user_folder() -> Path:
 
 
 def _write(path: Path, table: Table) -> None:
-    """Keep a table: numpy's format, and then a digest of it and of the name; or don't, if denied."""
+    """Keep a table, in numpy's format with a digest after it; or don't, where that is denied."""
     array = io.BytesIO()
     np.save(array, np.asarray(table))
     content = array.getvalue()
