@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE, stack_of
 from softvox_gym.noise import not_negative
-from softvox_gym.simulation import MOST, check_count
+from softvox_gym.physics import MOST
+from softvox_gym.simulation import check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, SearcherError, keys_of

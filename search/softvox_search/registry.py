@@ -12,7 +12,7 @@ import numpy as np
 
 from softvox_gym import Lattice
 from softvox_search.function import FunctionSearcher, is_function
-from softvox_search.protocol import Searcher, SearcherBase
+from softvox_search.protocol import Searcher
 
 
 class Entry(NamedTuple):
@@ -84,9 +84,6 @@ SEARCHERS: Mapping[str, Entry] = {
     "catcma": Entry("catcma:CatCma", "CatCMA with margin, restarted when it has converged."),
 }
 
-#: Of `Searcher`.
-METHODS = ("ask", "tell", "recommend")
-
 
 def make(
     name: str, rng: np.random.Generator, *, space: Lattice | None = None, **options: Any
@@ -116,7 +113,7 @@ def make(
     """
     kind, space = found(name), space or Lattice()
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
-        _require_methods(name, kind)
+        require_methods(name, kind)
     takes = options_of(name)
     for option in options:
         if takes is not None and option not in takes:
@@ -127,7 +124,7 @@ def make(
     if is_function(kind):
         return FunctionSearcher(kind, space, rng, **options)
     searcher: Searcher = kind(space, rng, **_fixed(name), **options)
-    _require_methods(name, searcher)
+    require_methods(name, searcher)
     return searcher
 
 
@@ -186,22 +183,20 @@ def _fixed(name: str) -> Mapping[str, Any]:
     return SEARCHERS[name].fixed if name in SEARCHERS else {}
 
 
-def _require_methods(name: str, searcher: Any) -> None:
-    """Refuse a class, or what was made of it, without the three methods."""
-    lacks = [method for method in METHODS if not _has(searcher, method)]
-    if lacks == ["ask"]:
-        raise TypeError(f"searcher {name} lacks ask; see softvox_search.Searcher")
+def require_methods(name: str, searcher: Any) -> None:
+    """Refuse a class, or what was made of it, without the methods of `Searcher`.
+
+    Raises
+    ------
+    TypeError
+    """
+    methods = ("ask", "tell", "recommend")
+    lacks = [method for method in methods if not callable(getattr(searcher, method, None))]
     if lacks:
         raise TypeError(
             f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.Searcher, or derive the "
-            "class from softvox_search.SearcherBase"
+            "class from softvox_search.SearcherBase, which lacks only ask"
         )
-
-
-def _has(searcher: Any, method: str) -> bool:
-    """Return whether there is a method; the base's `ask` is only a place for one."""
-    found = getattr(searcher, method, None)
-    return callable(found) and getattr(found, "__func__", found) is not SearcherBase.ask
 
 
 def _module(module: str, name: str) -> Any:

@@ -136,12 +136,12 @@ def run(args: Namespace) -> int:
         listed = listing.entries()
         print(listing.as_json(listed) if args.json else listing.as_text(listed))
         return 0
-    from softvox_search import single
+    from softvox_search import SearcherError, single
 
     look_in(Path.cwd())
     try:
         return _search(args)
-    except (single.SearchError, single.SearcherError, ImportError) as error:
+    except (single.SearchError, SearcherError, ImportError) as error:
         raise BadInputError(str(error)) from error
     except single.RaisedError as error:
         if sys.stderr is not None:
