@@ -1,4 +1,4 @@
-// What is told in words and numbers: robots, changes, a path; and the table to download.
+// Words and numbers: robots, changes, a path; and the table to download.
 
 import { heading } from "./colours.js";
 import { element } from "./dom.js";
