@@ -12,10 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import landscape
+from softvox_gym.engine import Progress as Report
+from softvox_gym.evaluation import evaluate
 from softvox_gym.files import write_file
-from softvox_gym.landscapes.noisy import DRAWS, LEVELS, REDRAWN, STATISTICS, name_of, sample
+from softvox_gym.landscapes.noisy import LEVELS, ROW, STATISTICS, name_of
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS
+from softvox_gym.noise import Jakobi
 from softvox_gym.progress import Progress
+
+#: Draws of every design; and how many there are, at least, of so many designs with the best means.
+DRAWS = 64
+REDRAWN = {256: 100, 4096: 20}
+
+#: Simulations in one crossing into C.
+BATCH = 4096
 
 #: The fittest designs without noise that are drawn anew.
 N_NOMINAL = 200
@@ -50,6 +60,54 @@ def measure(level: float, progress: Progress) -> NDArray[np.void]:
         seeds = number * N_DESIGNS + more
         rows[more] = sample(more, level, draws=draws, seeds=seeds, progress=progress)
         stage = next_stage(rows)
+    return rows
+
+
+def sample(
+    designs: NDArray[np.int64],
+    level: float,
+    *,
+    draws: int,
+    seeds: NDArray[np.int64],
+    progress: Report | None = None,
+) -> NDArray[np.void]:
+    """Try designs under noise, each with draws of its own seed, and return their statistics.
+
+    Parameters
+    ----------
+    designs, seeds : ndarray of int, shape (n,)
+        Numbers, and what the random generator of each is seeded with.
+    level : float
+        Of the noise.
+    draws : int
+        Per design.
+    progress : callable (done, total), optional
+        Called with the number of simulations.
+
+    Returns
+    -------
+    structured ndarray, shape (n,)
+        As `noisy_landscape` has them.
+    """
+    batch = max(1, BATCH // draws)
+    rows = np.zeros(len(designs), dtype=ROW)
+    rows["design"] = designs
+    rows["draws"] = draws
+    for begin in range(0, len(designs), batch):
+        some = slice(begin, begin + batch)
+        generators = [np.random.default_rng(int(seed)) for seed in seeds[some]]
+        found = evaluate(
+            designs[some], perturbations=[Jakobi(level)], trials=draws, seed=generators
+        )
+        part = rows[some]
+        part["mean"] = found.fitness.mean(axis=1)
+        part["std"] = found.fitness.std(axis=1, ddof=1)
+        part["q10"] = np.quantile(found.fitness, 0.1, axis=1)
+        part["min"] = found.fitness.min(axis=1)
+        part["p_diverged"] = found.diverged.mean(axis=1)
+        part["dx"], part["dy"] = found.mean_displacement[:, :2].T
+        if progress is not None:
+            progress(draws * (begin + len(part)), draws * len(designs))
     return rows
 
 

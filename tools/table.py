@@ -11,9 +11,11 @@ import numpy as np
 
 from softvox_gym import simulate
 from softvox_gym.files import write_file
-from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, ORIGIN, TRACKS
+from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, TRACKS
 from softvox_gym.manifest import digest, provenance
 
+#: Where the tracks come from: version, commit and digest of the engine's bits.
+ORIGIN = "landscape.json"
 FACTS = ("version", "commit", "compiler", "instruction_set")
 
 

@@ -31,12 +31,12 @@ ENV_ID = "SoftVox2x2x2-v0"
 TABLE_ENV_ID = "SoftVoxTable2x2x2-v0"
 
 
-def _register(name: str, kind: str = "SoftVox", **options: Any) -> None:
+def _register(name: str, **options: Any) -> None:
     if name not in registry:  # the module may be imported anew
         register(
             name,
-            entry_point=f"softvox_gym.envs.single:{kind}Env",
-            vector_entry_point=f"softvox_gym.envs.vector:{kind}VectorEnv",
+            entry_point="softvox_gym.envs.single:SoftVoxEnv",
+            vector_entry_point="softvox_gym.envs.vector:SoftVoxVectorEnv",
             kwargs=options,
         )
 
@@ -45,4 +45,4 @@ _register("SoftVox-v0")
 _register(ENV_ID, shape=[2, 2, 2])  # lists, as a spec has them that is read from JSON
 _register("SoftVox3x3x3-v0", shape=[3, 3, 3])
 _register("SoftVox4x4x4-v0", shape=[4, 4, 4])
-_register(TABLE_ENV_ID, "SoftVoxTable")
+_register(TABLE_ENV_ID, from_table=True)

@@ -248,7 +248,7 @@ def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def checked_digits(values: ArrayLike) -> NDArray[np.uint8]:
+def checked_digits(values: ArrayLike, *, what: str = "designs") -> NDArray[np.uint8]:
     """Return an array of digits as uint8.
 
     Raises
@@ -266,7 +266,7 @@ def checked_digits(values: ArrayLike) -> NDArray[np.uint8]:
         )
     if array.size and (array.min() < ABSENT or array.max() > ACTIVE):
         bad = array[(array < ABSENT) | (array > ACTIVE)].flat[0]
-        raise ValueError(f"designs may have the digits 0, 1 and 2 only, got {bad}")
+        raise ValueError(f"{what} may have the digits 0, 1 and 2 only, got {bad}")
     return array.astype(np.uint8)
 
 

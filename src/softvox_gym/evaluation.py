@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -46,13 +46,7 @@ AGGREGATES: Mapping[str, Callable[[Array], Array]] = {
 
 
 def aggregate_of(name: str) -> Callable[[Array], Array]:
-    """Return an aggregate by its name.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name.
-    """
+    """Return an aggregate by its name; ValueError for an unknown one."""
     if name not in AGGREGATES:
         raise ValueError(
             f"aggregate {name!r} is unknown; the aggregates are {', '.join(AGGREGATES)}"
@@ -76,7 +70,7 @@ class Evaluation:
     ----------
     designs : ndarray of uint8, shape (n, nx, ny, nz)
     fitness : ndarray, shape (n, k)
-        What was measured of every trial, voxel widths; 0 where it diverged.
+        As measured, voxel widths; 0 where the trial diverged.
     displacement : ndarray, shape (n, k, 3)
         Voxel widths; NaN where it diverged.
     track : ndarray, shape (n, k, samples, 3)
@@ -141,11 +135,9 @@ class Evaluation:
         They count as if all had been simulated, so that a budget means the same with and without
         noise.
         """
-        columns = {
-            name: np.repeat(getattr(self, name), trials, axis=1)
-            for name in ("fitness", "displacement", "track", "steps")
-        }
-        return Evaluation(self.designs, aggregate=self.aggregate, result=self.result, **columns)
+        names = ("fitness", "displacement", "track", "steps")
+        columns: Any = {name: np.repeat(getattr(self, name), trials, axis=1) for name in names}
+        return replace(self, **columns)
 
 
 def evaluate(
@@ -181,14 +173,9 @@ def evaluate(
         vector environment draws that was reset with this seed; or a generator for every design.
         Different at every call where None.
     aggregate : {"mean", "min", "q10", "cvar25"}
-        What `Evaluation.value` is: the mean, the smallest, the 10 % quantile, or the mean of the
-        worst quarter of the fitness values.
-    frames : int
-        Steps between full frames of `Evaluation.result`; 0 for none.
-    threads : int, optional
-        At most this many; all processors of the process where None.
-    isa : str, optional
-        Instruction set; the widest where None. The results are the same bits.
+        Of the fitness values, what `Evaluation.value` is; see `AGGREGATES`.
+    frames, threads, isa
+        As `simulate` takes them; the frames are those of `Evaluation.result`.
 
     Returns
     -------
@@ -212,16 +199,12 @@ def evaluate(
     aggregate_of(aggregate)
     generators = _generators(seed, len(stack)) if perturbations else []
     samples = sample_count(nominal, SAMPLES_PER_CYCLE)
-    options: dict[str, Any] = {
-        "track": SAMPLES_PER_CYCLE,
-        "frames": frames,
-        "threads": threads,
-        "isa": isa,
-    }
+    options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):
-        once = _evaluation(stack, simulate(stack, nominal, **options), samples, aggregate)
-        return once if trials == 1 else once.repeated(trials)
-    drawn = _drawn(nominal, Lattice(*stack.shape[1:]), perturbations, trials, generators)
+        result = simulate(stack, nominal, **options)
+        return _evaluation(stack, result, samples, aggregate).repeated(trials)
+    undisturbed = Trials.of(nominal, Lattice(*stack.shape[1:]), trials)
+    drawn = Trials.joined([_disturbed(undisturbed, perturbations, rng) for rng in generators])
     result = simulate(
         np.repeat(stack, trials, axis=0),
         drawn.physics,
@@ -252,13 +235,7 @@ def measure(
 
 
 def single_physics(physics: PhysicsLike) -> Physics:
-    """Return the physics that all designs share.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `Physics.of` does, or where a parameter is an array.
-    """
+    """Return `Physics.of`, which all designs share; ValueError where a parameter is an array."""
     made = Physics.of(physics)
     if made.n_designs is not None:
         raise ValueError(
@@ -285,22 +262,12 @@ def _generators(seed: Seed, n: int) -> list[np.random.Generator]:
     return generators
 
 
-def _drawn(
-    nominal: Physics,
-    lattice: Lattice,
-    perturbations: Sequence[Perturbation],
-    k: int,
-    generators: Sequence[np.random.Generator],
+def _disturbed(
+    trials: Trials, perturbations: Sequence[Perturbation], rng: np.random.Generator
 ) -> Trials:
-    """Return k perturbed trials for every design."""
-    undisturbed = Trials.of(nominal, lattice, k)
-    parts = []
-    for generator in generators:
-        part = undisturbed
-        for perturbation in perturbations:
-            part = perturbation.disturb(part, generator)
-        parts.append(part)
-    return Trials.joined(parts)
+    for perturbation in perturbations:
+        trials = perturbation.disturb(trials, rng)
+    return trials
 
 
 def _evaluation(

@@ -76,16 +76,10 @@ class Trials:
             return np.tile(self.nominal.gravity_vector, (len(self), 1))
         return np.full(len(self), float(getattr(self.nominal, name)))
 
-    def changed(
-        self, *, strain: Array | None = None, phase: Array | None = None, **values: Array
-    ) -> Trials:
+    def changed(self, **values: Array) -> Trials:
         """Return the trials with other amplitudes, phases or parameters of the physics."""
-        return replace(
-            self,
-            values={**self.values, **values},
-            strain=self.strain if strain is None else strain,
-            phase=self.phase if phase is None else phase,
-        )
+        own: Any = {name: values.pop(name) for name in ("strain", "phase") if name in values}
+        return replace(self, values={**self.values, **values}, **own)
 
     @property
     def physics(self) -> Physics:
@@ -278,8 +272,8 @@ class Jakobi:
     Raises
     ------
     TypeError, ValueError
-        For an unknown source of noise, listing the known ones; for a level or an amount that is
-        not a finite number of at least 0; or a leak above 1.
+        For an unknown source of noise, a level or an amount that is not a finite number of at
+        least 0, or a leak above 1.
 
     Notes
     -----
@@ -306,24 +300,17 @@ class Jakobi:
         object.__setattr__(self, "level", not_negative("level", level))
         object.__setattr__(self, "amounts", checked)
 
-    def at_level(self, name: str) -> float:
-        """Return the amount of a source at this level; a leak is at most certain."""
-        amount = self.level * self.amounts[name]
-        return min(amount, 1.0) if name == "leak" else amount
-
-    def cycles(self, physics: Physics) -> int:
-        """Return for how many cycles of actuation strain is drawn: those of the fastest."""
-        fastest = 1 + FREQUENCY_DEVIATIONS * self.at_level("frequency")
-        return ceil(float(physics.cycles) * fastest) + 1
-
     def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
         """Return the trials with every source drawn anew; at level 0 as they are."""
         if not self.level:
             return trials
-        cycles = self.cycles(trials.nominal)
+        amounts = {name: self.level * amount for name, amount in self.amounts.items()}
+        # For as many cycles of actuation as the fastest has.
+        fastest = 1 + FREQUENCY_DEVIATIONS * amounts["frequency"]
+        cycles = ceil(float(trials.nominal.cycles) * fastest) + 1
         for source in SOURCES:
             draws = source.draw(rng, trials, cycles)
-            trials = source.apply(trials, draws, self.at_level(source.name))
+            trials = source.apply(trials, draws, amounts[source.name])
         return trials
 
     def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
@@ -379,16 +366,10 @@ def tilted(gravity: Array, tilt: Array, downhill: Array) -> Array:
     """
     cosine, sine = cos_sin(tilt)
     x, y = downhill
-    along = x * gravity[:, 0] + y * gravity[:, 1]
-    turned = along * cosine - gravity[:, 2] * sine
-    return np.stack(
-        [
-            gravity[:, 0] + (turned - along) * x,
-            gravity[:, 1] + (turned - along) * y,
-            along * sine + gravity[:, 2] * cosine,
-        ],
-        axis=-1,
-    )
+    gx, gy, gz = gravity.T
+    along = x * gx + y * gy
+    change = along * cosine - gz * sine - along
+    return np.stack([gx + change * x, gy + change * y, along * sine + gz * cosine], axis=-1)
 
 
 def not_negative(name: str, value: object) -> float:
@@ -399,9 +380,8 @@ def not_negative(name: str, value: object) -> float:
     TypeError, ValueError
         For anything else, naming it.
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(
-        value, (int, float, np.integer, np.floating)
-    ):
+    numbers = (int, float, np.integer, np.floating)
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
         raise TypeError(f"{name} must be a number, got {value!r}")
     number = float(value)
     if not 0 <= number < np.inf:

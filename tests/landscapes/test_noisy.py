@@ -3,9 +3,10 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+from noise import DRAWS, REDRAWN, sample
 
 import softvox_gym
-from softvox_gym.landscapes.noisy import DRAWS, LEVELS, REDRAWN, sample
+from softvox_gym.landscapes.noisy import LEVELS
 from softvox_gym.wrappers.vector import JakobiNoise, Resample
 
 NOISY_LEVELS = LEVELS[1:]

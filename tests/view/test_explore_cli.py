@@ -79,7 +79,6 @@ def test_a_port_in_use_gives_one_line_and_status_2():
     [
         (("--port", "65536"), "must be a whole number from 0 to 65535, got '65536'"),
         (("--port", "http"), "must be a whole number from 0 to 65535, got 'http'"),
-        (("--state", "design=<b>"), "must be what follows the # of the page's address"),
         (("--threads", "0"), "must be a whole number above 0"),
     ],
 )

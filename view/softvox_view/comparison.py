@@ -58,12 +58,8 @@ class Compared:
 def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> Compared:
     """Hold a real track against the simulated one of the same design.
 
-    Parameters
-    ----------
-    real : RealTrack
-    simulated : ndarray, shape (m, 2)
-        x, y in cm from the start, `per_cycle` samples in each cycle; at least as long.
-    per_cycle : int
+    That is x, y in cm from the start, shape (m, 2), with `per_cycle` samples in each cycle, and at
+    least as long.
     """
     own = np.arange(len(simulated)) / per_cycle
     end = float(real.cycle[-1])
@@ -88,19 +84,7 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
 def track_at(
     times: NDArray[np.float64], own: NDArray[np.float64], position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where a track is at other times than its own, straight between its points.
-
-    Parameters
-    ----------
-    times : ndarray, shape (m,)
-    own : ndarray, shape (n,)
-        Increasing, of the same clock.
-    position : ndarray, shape (n, 2)
-
-    Returns
-    -------
-    ndarray, shape (m, 2)
-    """
+    """Return where a track is at some times, shape (m, 2), straight between its own points."""
     return np.stack([np.interp(times, own, position[:, axis]) for axis in range(2)], axis=1)
 
 

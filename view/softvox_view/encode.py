@@ -29,16 +29,9 @@ CRF = "20"  # quality of an MP4: lower is better and larger, 18 looks lossless
 def captioned(
     picture: Picture, captions: Sequence[tuple[str, str]], panel: tuple[int, int]
 ) -> Picture:
-    """Write a caption into the upper left corner of every panel.
+    """Write captions into the upper left corners of the panels of `softvox_view.replay.still`.
 
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (height, width, 3)
-        Panels in rows, as `softvox_view.replay.still` draws them.
-    captions : sequence of (str, str)
-        One per panel: what is written, and a shorter one for where that has no room.
-    panel : (int, int)
-        Width and height of a panel, pixels.
+    Each with a shorter one for where it has no room; a panel has a width and a height, pixels.
     """
     from PIL import Image, ImageDraw, ImageFont
 

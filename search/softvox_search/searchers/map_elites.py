@@ -69,9 +69,6 @@ class MapElites(SearcherBase):
             solution_dim=space.sites,
             dims=dims,
             ranges=[(-0.5, n - 0.5) for n in dims],
-            solution_dtype=np.int64,
-            objective_dtype=np.float64,
-            measures_dtype=np.float64,
         )
 
     def ask(self, n: int | None = None) -> Designs:
@@ -96,7 +93,7 @@ class MapElites(SearcherBase):
         found = self._archive.data(["solution", "objective", "measures", "index"])
         order = np.argsort(found["index"])
         return (
-            found["solution"][order],
+            found["solution"][order].astype(np.int64),
             found["objective"][order],
             found["measures"][order].astype(np.int64),
         )

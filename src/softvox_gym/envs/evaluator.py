@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, Self, cast
+from typing import Any, Self
 
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import ACTIVE, BodyFacts
+from softvox_gym.design import ACTIVE, BodyFacts, checked_digits
 from softvox_gym.engine import step_count
 from softvox_gym.evaluation import (
     SAMPLES_PER_CYCLE,
@@ -20,7 +19,7 @@ from softvox_gym.evaluation import (
     evaluate,
     single_physics,
 )
-from softvox_gym.landscapes.table import looked_up
+from softvox_gym.landscapes.table import LATTICE, looked_up
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation
 from softvox_gym.physics import Physics
@@ -70,56 +69,32 @@ class Action(NDArray[np.int64]):
         return asked
 
 
-@dataclass(frozen=True)
 class Evaluator:
-    """Tries the designs that actions stand for.
+    """Tries the designs that actions stand for; made with the arguments of an environment."""
 
-    Parameters
-    ----------
-    lattice : Lattice
-    physics : Physics
-        Single numbers, the nominal conditions.
-    render_mode : str or None
-        Poses are kept for pictures where there is one.
-    threads : int, optional
-        At most this many; all processors of the process where None.
-    from_table : bool
-        Whether designs are looked up in the table that ships with the package.
-
-    Raises
-    ------
-    ValueError
-        For an unknown render mode.
-    """
-
-    lattice: Lattice
-    physics: Physics
-    render_mode: str | None = None
-    threads: int | None = None
-    from_table: bool = False
-
-    def __post_init__(self) -> None:
-        if self.render_mode is not None and self.render_mode not in METADATA["render_modes"]:
-            raise ValueError(f"render_mode must be None or 'rgb_array', got {self.render_mode!r}")
-
-    @classmethod
-    def of(
-        cls, shape: Sequence[int], physics: PhysicsLike, render_mode: str | None, **options: Any
-    ) -> Evaluator:
-        """Make one of what an environment is made with."""
-        return cls(Lattice.of(shape), single_physics(physics), render_mode, **options)
-
-    @property
-    def action_space(self) -> spaces.MultiDiscrete:
-        """The space of designs."""
-        return spaces.MultiDiscrete([3] * self.lattice.sites)
-
-    @property
-    def observation_space(self) -> gym.Space[NDArray[np.float64]]:
-        """The space of movement tracks."""
+    def __init__(
+        self,
+        shape: Sequence[int],
+        physics: PhysicsLike,
+        render_mode: str | None,
+        *,
+        from_table: bool,
+        threads: int | None = None,
+    ) -> None:
+        self.lattice = Lattice.of(shape)
+        self.physics = single_physics(physics)
+        self.render_mode = render_mode
+        self.from_table = from_table
+        self.threads = threads
+        if render_mode not in (None, *METADATA["render_modes"]):
+            raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
+        if from_table and (self.lattice, self.physics) != (LATTICE, Physics.published()):
+            raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
-        space: Any = spaces.Box(-np.inf, np.inf, shape=(samples, 3), dtype=np.float64)
-        return cast(gym.Space[NDArray[np.float64]], space)
+        self.action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
+        self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(
+            -np.inf, np.inf, shape=(samples, 3), dtype=np.float64
+        )
 
     def run(
         self, actions: NDArray[np.int64], generators: Generators
@@ -138,24 +113,31 @@ class Evaluator:
         rewards : ndarray, shape (n,)
         infos : dict of ndarray, each of shape (n, ...)
         poses : list of Pose or None
-            How the first trial left each design; empty where there are no pictures.
+            How the first trial left each design; all None where there are no pictures.
 
         Raises
         ------
-        ValueError
+        TypeError, ValueError
             For what is no batch of designs; nothing was drawn then.
         """
         actions = Action.of(actions)
-        rows = self._checked(np.asarray(actions))
+        sites = self.lattice.sites
+        if actions.dtype.kind not in "iu" or actions.ndim != 2 or actions.shape[1] != sites:
+            raise ValueError(
+                f"an action must be {sites} whole numbers 0, 1 or 2, one per site; "
+                f"got {actions.dtype} values of shape {actions.shape[1:]}"
+            )
+        rows = checked_digits(np.asarray(actions), what="an action")
         stack = self.lattice.to_stack(rows)
+        trials = actions.trials or 1
         if self.from_table:
-            evaluation = looked_up(stack).repeated(actions.trials or 1)
+            evaluation = looked_up(stack).repeated(trials)
         if self.render_mode or not self.from_table:
             simulated = evaluate(
                 stack,
                 self.physics,
                 perturbations=actions.perturbations,
-                trials=actions.trials or 1,
+                trials=trials,
                 seed=generators() if actions.perturbations else None,
                 frames=self._frames(actions),
                 threads=self.threads,
@@ -167,20 +149,8 @@ class Evaluator:
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
             evaluation.value,
             _infos(evaluation, rows, is_repeated=actions.trials is not None),
-            _poses(simulated.result, len(rows)) if self.render_mode else [],
+            _poses(simulated.result, len(rows)) if self.render_mode else [None] * len(rows),
         )
-
-    def _checked(self, actions: NDArray[Any]) -> NDArray[np.uint8]:
-        sites = self.lattice.sites
-        if actions.dtype.kind not in "iu" or actions.ndim != 2 or actions.shape[1] != sites:
-            raise ValueError(
-                f"an action must be {sites} whole numbers 0, 1 or 2, one per site; "
-                f"got {actions.dtype} values of shape {actions.shape[1:]}"
-            )
-        if actions.size and (actions.min() < 0 or actions.max() > ACTIVE):
-            bad = actions[(actions < 0) | (actions > ACTIVE)].flat[0]
-            raise ValueError(f"an action may have the digits 0, 1 and 2 only, got {bad}")
-        return actions.astype(np.uint8)
 
     def _frames(self, actions: Action) -> int:
         """Return the steps between frames from which the last pose is taken."""
@@ -212,28 +182,26 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
 
 
 def _poses(result: Result | None, n: int) -> list[Pose | None]:
-    """Return how the first trial of each of n designs left it."""
-    if result is None or not n:
-        return []
-    return [final_pose(result, i) for i in range(0, len(result), len(result) // n)]
-
-
-def final_pose(result: Result, i: int) -> Pose | None:
-    """Return how the i-th run left its design, or None where it has no voxels.
+    """Return how the first trial of each of n designs left it.
 
     The result must hold a frame of the last step of every run, or of a step shortly before where
     runs differ in length. A design that diverged is shown as built.
     """
+    if result is None or not n:
+        return []
     assert result.frames is not None
-    frames, digits = result.frames, result.designs[i]
-    present = digits > 0
-    if not present.any():
-        return None
-    seen = ~np.isnan(frames.position[i][:, present]).any(axis=(1, 2))
-    row = 0 if result.diverged[i] else int(np.flatnonzero(seen)[-1])
-    return Pose(
-        position=frames.position[i, row][present] / result.physics.edge,
-        quaternion=frames.quaternion[i, row][present],
-        edge=frames.edge[i, row][present] / result.physics.edge,
-        active=digits[present] == ACTIVE,
-    )
+    frames, edge = result.frames, result.physics.edge
+    poses: list[Pose | None] = []
+    for i in range(0, len(result), len(result) // n):
+        present = result.designs[i] > 0
+        seen = ~np.isnan(frames.position[i][:, present]).any(axis=(1, 2))
+        k = 0 if result.diverged[i] else int(np.flatnonzero(seen)[-1])
+        poses.append(
+            Pose(
+                position=frames.position[i, k][present] / edge,
+                quaternion=frames.quaternion[i, k][present],
+                edge=frames.edge[i, k][present] / edge,
+                active=result.designs[i][present] == ACTIVE,
+            )
+        )
+    return poses

@@ -80,12 +80,16 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         ``spec.to_json()``.
     render_mode : {"rgb_array"}, optional
         A picture of the robot as the last step left it; an empty floor after reset.
+    from_table : bool
+        Whether to answer from the table of the 2x2x2 lattice under "published" that ships with the
+        package: the same bits, only faster; pictures are simulated. Wrappers that disturb the
+        physics can't make it noisy.
 
     Raises
     ------
     TypeError, ValueError
-        For a shape that is no lattice, a physics that is none of these or holds arrays, or an
-        unknown render mode; by `step` for an action that is not in the action space.
+        For a shape that is no lattice, a physics that is none of these or holds arrays, an unknown
+        render mode, or a table of anything else; by `step` for an action that is not in the space.
 
     Versions
     --------
@@ -100,16 +104,14 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         shape: Sequence[int] = (2, 2, 2),
         physics: PhysicsLike = "published",
         render_mode: str | None = None,
+        from_table: bool = False,
     ) -> None:
-        self._set_up(Evaluator.of(shape, physics, render_mode))
-
-    def _set_up(self, evaluator: Evaluator) -> None:
-        self.evaluator = evaluator
+        self.evaluator = evaluator = Evaluator(shape, physics, render_mode, from_table=from_table)
         self.metadata = dict(METADATA)  # SyncVectorEnv writes into it before Gymnasium 1.3
         self.physics = evaluator.physics
-        self.render_mode = evaluator.render_mode
+        self.render_mode = render_mode
         self.action_space = evaluator.action_space
-        self.observation_space: gym.Space[Observation] = evaluator.observation_space
+        self.observation_space = evaluator.observation_space
         self._pose: Pose | None = None
 
     def reset(
@@ -127,7 +129,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         observations, rewards, infos, poses = self.evaluator.run(
             Action.of(action)[np.newaxis], lambda: [self.np_random]
         )
-        self._pose = poses[0] if poses else None
+        self._pose = poses[0]
         info = {key: plain(column[0]) for key, column in infos.items()}
         return observations[0], float(rewards[0]), True, False, info
 
@@ -140,31 +142,6 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
             )
             return None
         return render(self._pose)
-
-
-class SoftVoxTableEnv(SoftVoxEnv):
-    """`SoftVoxEnv` with physics "published", answering from the table that ships with the package.
-
-    Observations, rewards and infos are the same bits; only faster. It can't be made noisy by
-    wrappers that disturb the physics. Pictures are simulated.
-
-    Parameters
-    ----------
-    render_mode : {"rgb_array"}, optional
-        As in `SoftVoxEnv`.
-
-    Raises
-    ------
-    ValueError
-        For an unknown render mode; by `step` for an action that is not in the action space.
-
-    Versions
-    --------
-    v0: the first.
-    """
-
-    def __init__(self, *, render_mode: str | None = None) -> None:
-        self._set_up(Evaluator.of((2, 2, 2), "published", render_mode, from_table=True))
 
 
 def plain(value: Any) -> Any:

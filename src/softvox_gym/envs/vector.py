@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
 from softvox_gym.evaluation import PhysicsLike
-from softvox_gym.rendering import Pose, render
+from softvox_gym.rendering import render
 from softvox_gym.simulation import check_count
 
 Batch = tuple[
@@ -33,10 +33,8 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
     ----------
     num_envs : int
         Designs per step.
-    shape : (int, int, int)
-    physics : str, dict or Physics
+    shape, physics, render_mode, from_table
         As `SoftVoxEnv` takes them; one for the whole batch.
-    render_mode : {"rgb_array"}, optional
     autoreset_mode : str or AutoresetMode
         "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
         "SameStep": the step itself resets, and info carries final_obs and final_info;
@@ -59,20 +57,17 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
-    ) -> None:
-        if threads is not None:
-            check_count("threads", threads, least=1)
-        evaluator = Evaluator.of(shape, physics, render_mode, threads=threads)
-        self._set_up(num_envs, evaluator, autoreset_mode)
-
-    def _set_up(
-        self, num_envs: int, evaluator: Evaluator, autoreset_mode: str | AutoresetMode
+        from_table: bool = False,
     ) -> None:
         check_count("num_envs", num_envs, least=1)
+        if threads is not None:
+            check_count("threads", threads, least=1)
         self.num_envs = num_envs = int(num_envs)
-        self.evaluator = evaluator
+        self.evaluator = evaluator = Evaluator(
+            shape, physics, render_mode, threads=threads, from_table=from_table
+        )
         self.physics = evaluator.physics
-        self.render_mode = evaluator.render_mode
+        self.render_mode = render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
         self.single_action_space = evaluator.action_space
@@ -80,24 +75,22 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
 
-        self._seeds: list[int | None] = [None] * num_envs
         self._generators: list[np.random.Generator | None] = [None] * num_envs
         self._observations = np.zeros(self.observation_space.shape or ())
-        self._poses: list[Pose | None] = [None] * num_envs
+        self._poses = np.full(num_envs, None, dtype=object)
         self._has_reset = np.zeros(num_envs, dtype=np.bool_)
         self._is_over = np.zeros(num_envs, dtype=np.bool_)
-
-    @property
-    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The seed of every environment."""
-        self._seed_the_unseeded()
-        return tuple(seed for seed in self._seeds if seed is not None)
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The random generator of every environment."""
-        self._seed_the_unseeded()
-        return tuple(generator for generator in self._generators if generator is not None)
+        return tuple(map(self._generator, range(self.num_envs)))
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of every environment."""
+        sequences: Any = [generator.bit_generator.seed_seq for generator in self.np_random]
+        return tuple(sequence.entropy for sequence in sequences)
 
     def reset(
         self,
@@ -125,13 +118,21 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         ResetNeeded
             Where a mask leaves out an environment that was never reset.
         """
-        seeds = self._seeds_for(seed)
+        n = self.num_envs
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else int(seed) + i for i in range(n)]
+        elif len(seed) == n:
+            seeds = list(seed)
+        else:
+            raise ValueError(
+                f"seed must be a number or {n} of them, one per environment, got {len(seed)}"
+            )
         mask = self._reset_mask(options or {})
         if not np.all(self._has_reset | mask):
             raise ResetNeeded("reset() all environments before resetting some of them by a mask")
         for i in np.flatnonzero(mask):
             if (own := seeds[i]) is not None:
-                self._generators[i], self._seeds[i] = seeding.np_random(own)
+                self._generators[i], _ = seeding.np_random(own)
         self._has_reset |= mask
         self._start_anew(mask)
         return self._observations.copy(), {}
@@ -189,11 +190,10 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         if len(which) == 0:
             return rewards, {}
         observations, rewards[which], told, poses = self.evaluator.run(
-            actions[which], lambda: [self._seeded_generator(int(i)) for i in which]
+            actions[which], lambda: [self._generator(int(i)) for i in which]
         )
         self._observations[which] = observations
-        for i, pose in zip(which, poses, strict=False):
-            self._poses[i] = pose
+        self._poses[which] = poses
         infos: dict[str, Any] = batched(told, which, self.num_envs)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             final = np.full(self.num_envs, None, dtype=object)
@@ -211,22 +211,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         """Bring environments to the state after a reset."""
         self._observations[which] = 0
         self._is_over[which] = False
-        if self.render_mode is not None:
-            for i in np.flatnonzero(which):
-                self._poses[i] = None
-
-    def _seeds_for(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
-        """Return every environment's new seed, None for those that keep their generator."""
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)):
-            return [int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ValueError(
-                f"seed must be a number or {self.num_envs} of them, one per environment, "
-                f"got {len(seed)}"
-            )
-        return list(seed)
+        self._poses[which] = None
 
     def _reset_mask(self, options: dict[str, Any]) -> NDArray[np.bool_]:
         """Return which environments to reset."""
@@ -242,15 +227,10 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             )
         return mask
 
-    def _seed_the_unseeded(self) -> None:
-        for i in range(self.num_envs):
-            self._seeded_generator(i)
-
-    def _seeded_generator(self, i: int) -> np.random.Generator:
+    def _generator(self, i: int) -> np.random.Generator:
         """Return the random generator of an environment, seeding it where nobody did."""
-        generator = self._generators[i]
-        if generator is None:
-            generator, self._seeds[i] = seeding.np_random()
+        if (generator := self._generators[i]) is None:
+            generator, _ = seeding.np_random()
             self._generators[i] = generator
         return generator
 
@@ -266,28 +246,3 @@ def batched(
         infos[f"_{key}"] = np.zeros(n, dtype=np.bool_)
         infos[f"_{key}"][which] = True
     return infos
-
-
-class SoftVoxTableVectorEnv(SoftVoxVectorEnv):
-    """`SoftVoxTableEnv` for a batch of designs: a million evaluations per second.
-
-    Parameters
-    ----------
-    num_envs, render_mode, autoreset_mode
-        As in `SoftVoxVectorEnv`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As by `SoftVoxVectorEnv`.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        render_mode: str | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-    ) -> None:
-        evaluator = Evaluator.of((2, 2, 2), "published", render_mode, from_table=True)
-        self._set_up(num_envs, evaluator, autoreset_mode)

@@ -5,16 +5,12 @@ A table that ships with the package, and the function that draws it; `tools/nois
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.engine import Progress
-from softvox_gym.evaluation import Evaluation, evaluate
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, Table, landscape
-from softvox_gym.noise import Jakobi
 from softvox_gym.physics import Physics
 
 #: In the package's folder `data/computed`.
@@ -22,13 +18,6 @@ STATISTICS = "noise.npz"
 
 #: Levels of `softvox_gym.noise.Jakobi` that the table has.
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
-
-#: Draws of every design; and how many there are, at least, of so many designs with the best means.
-DRAWS = 64
-REDRAWN = {256: 100, 4096: 20}
-
-#: Simulations in one crossing into C.
-BATCH = 4096
 
 ROW = np.dtype(
     [
@@ -99,55 +88,3 @@ def _exact() -> NDArray[np.void]:
 def name_of(level: float) -> str:
     """Return the name of a level in the archive."""
     return f"level_{level:g}"
-
-
-def sample(
-    designs: NDArray[np.int64],
-    level: float,
-    *,
-    draws: int,
-    seeds: Sequence[int] | NDArray[np.int64],
-    progress: Progress | None = None,
-) -> NDArray[np.void]:
-    """Try designs under noise and return their statistics.
-
-    Parameters
-    ----------
-    designs, seeds : shape (n,)
-        Numbers, and what the random generator of each is seeded with.
-    level : float
-        Of the noise.
-    draws : int
-        Per design.
-    progress : callable (done, total), optional
-        Called with the number of simulations.
-
-    Returns
-    -------
-    structured ndarray, shape (n,)
-        As `noisy_landscape` has them.
-    """
-    batch = max(1, BATCH // draws)
-    parts = [np.zeros(0, dtype=ROW)]
-    for begin in range(0, len(designs), batch):
-        some = np.asarray(designs[begin : begin + batch])
-        generators = [np.random.default_rng(int(seed)) for seed in seeds[begin : begin + batch]]
-        found = evaluate(some, perturbations=[Jakobi(level)], trials=draws, seed=generators)
-        parts.append(_statistics(some, found))
-        if progress is not None:
-            progress(draws * (begin + len(some)), draws * len(designs))
-    return np.concatenate(parts)
-
-
-def _statistics(designs: NDArray[np.int64], found: Evaluation) -> NDArray[np.void]:
-    draws = found.fitness.shape[1]
-    rows = np.zeros(len(designs), dtype=ROW)
-    rows["design"] = designs
-    rows["mean"] = found.fitness.mean(axis=1)
-    rows["std"] = found.fitness.std(axis=1, ddof=1) if draws > 1 else np.nan
-    rows["q10"] = np.quantile(found.fitness, 0.1, axis=1)
-    rows["min"] = found.fitness.min(axis=1)
-    rows["p_diverged"] = found.diverged.mean(axis=1)
-    rows["dx"], rows["dy"] = found.mean_displacement[:, :2].T
-    rows["draws"] = draws
-    return rows

@@ -33,8 +33,8 @@ N_DESIGNS = LATTICE.n_designs
 #: Our own results that ship with the package.
 COMPUTED = files("softvox_gym") / "data" / "computed"
 
-#: In that folder: the movement tracks under `Physics.published`, and where they come from.
-TRACKS, ORIGIN = "landscape.npz", "landscape.json"
+#: In that folder: the movement tracks under `Physics.published`.
+TRACKS = "landscape.npz"
 
 #: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
 FORMAT = 1
@@ -241,12 +241,6 @@ def looked_up(stack: NDArray[np.uint8]) -> Evaluation:
         track=track[design][:, np.newaxis],
         steps=steps[design].astype(np.int64)[:, np.newaxis],
     )
-
-
-def origin() -> dict[str, Any]:
-    """Return where the tracks come from: version, commit and digest of the engine's bits."""
-    known: dict[str, Any] = json.loads((COMPUTED / ORIGIN).read_text(encoding="utf-8"))
-    return known
 
 
 def cache_path(physics: Physics) -> Path | None:

@@ -67,37 +67,14 @@ class JakobiNoise(JakobiStep, _Wrapper):
     ----------
     env : gym.Env
         `SoftVoxEnv`, perhaps in other wrappers.
-    level : float
-        0 is exactly the bare environment, 1 the assumed real variability, 2 double it.
-    **amounts
-        The amounts at level 1; see `softvox_gym.noise.SOURCES`:
-
-        ================= ======= ======================================================
-        source            default meaning
-        ================= ======= ======================================================
-        strain            0.10    standard deviation per active voxel, share of the strain
-        strain_per_cycle  0.10    the same, drawn anew per cycle and voxel
-        phase             0.02    standard deviation per voxel, cycles
-        frequency         0.02    standard deviation, share of the frequency
-        friction          0.2     of the logarithm, static and kinetic; kinetic <= static
-        stiffness         0.05    of the logarithm of Young's modulus
-        density           0.05    of the logarithm
-        tilt              1.0     standard deviation, degrees, in a random direction
-        leak              0.01    probability per active voxel that it stays passive
-        ================= ======= ======================================================
+    level, **amounts
+        As `softvox_gym.noise.Jakobi` takes them.
 
     Raises
     ------
     TypeError, ValueError
-        For an environment that is not this package's or answers from the table, an unknown
-        source, or an amount or a level that is not a finite number of at least 0.
-
-    Notes
-    -----
-    The duration of a run stays, so that a faster actuation has more cycles. A track has as many
-    samples as the nominal: one that is longer is cut, one that is shorter stays where it ended.
-
-    Source: Jakobi, Husbands & Harvey, "Noise and the reality gap", ECAL 1995.
+        As `Jakobi` does, or for an environment that is not this package's or answers from the
+        table.
     """
 
 
@@ -151,5 +128,5 @@ class FitnessNoise(MeasuredStep, _Wrapper):
     Raises
     ------
     TypeError, ValueError
-        For another environment, or a sigma that is not a finite number of at least 0.
+        As `softvox_gym.noise.MeasurementNoise` does, or for another environment.
     """

@@ -22,11 +22,10 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.rendering import fitting_distance, png
+from softvox_gym.rendering import png
 from softvox_gym.simulation import Result, simulate
 from softvox_view import replay
 from softvox_view.replay.data import bytes_per_frame, frames_of, label, short_label
-from softvox_view.replay.still import beside
 
 DESCRIPTION = """\
 Show designs in motion, side by side. What FILE ends in says how:
@@ -283,13 +282,5 @@ def _drawing(args: Namespace, result: Result) -> Callable[[int], NDArray[np.uint
     from softvox_view.encode import captioned
 
     panel = _panel(args)
-    places = range(len(result))
-    captions = [(label(result, i), short_label(result, i)) for i in places]
-    distances = [fitting_distance(replay.pose(result, i, 0)) for i in places]
-
-    def draw(k: int) -> NDArray[np.uint8]:
-        poses = [replay.pose(result, i, k) for i in places]
-        picture = beside(poses, panel=panel, distances=distances)
-        return captioned(picture, captions, panel)
-
-    return draw
+    captions = [(label(result, i), short_label(result, i)) for i in range(len(result))]
+    return lambda k: captioned(replay.still(result, frame=k, panel=panel), captions, panel)

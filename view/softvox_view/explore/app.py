@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
@@ -79,7 +78,7 @@ class Explorer:
                 Mount("/", StaticFiles(packages=[("softvox_view.explore", "assets")], html=True)),
             ],
             middleware=[Middleware(Guard)],
-            exception_handlers={BadRequestError: _bad_request, HTTPException: _http_error},
+            exception_handlers={BadRequestError: _bad_request},
         )
 
     def about(self, request: Request) -> Response:
@@ -226,8 +225,3 @@ def _stride(physics: Physics) -> int:
 
 async def _bad_request(_: Request, error: Any) -> Response:
     return JSONResponse({"error": str(error), "parameter": error.parameter}, status_code=422)
-
-
-async def _http_error(request: Request, error: Any) -> Response:
-    words = f"{error.detail}: {request.method} {request.url.path}"
-    return JSONResponse({"error": words}, status_code=error.status_code, headers=error.headers)

@@ -46,13 +46,7 @@ class Recorded:
         return cls(results, runs)
 
     def run(self, searcher: str, seed: int) -> Row:
-        """Return the row of a run.
-
-        Raises
-        ------
-        BadRequestError
-            Where there is no such searcher, or it has no finished run with that seed.
-        """
+        """Return the row of a run; BadRequestError where there is none."""
         runs = self.runs.get(searcher)
         if runs is None:
             raise BadRequestError(
@@ -69,21 +63,9 @@ class Recorded:
         return runs[seed]
 
     def path(self, run: Row, most: int) -> dict[str, Any]:
-        """Return a run's path ready for JSON.
+        """Return a run's first evaluations as a path: see `paths.search`; total has all of them.
 
-        Parameters
-        ----------
-        run : dict
-            Its row.
-        most : int
-            Evaluations to return, the first ones.
-
-        Returns
-        -------
-        dict
-            designs, fitness : what was evaluated, in order, repetitions included, and what the
-            searcher was told; total : the evaluations of the whole run; recommended : the design
-            that it recommended in the end; rank : of that one in the published landscape.
+        Fitness is as the searcher was told; the rank is that in the published landscape.
         """
         log = self.results.evaluations(run["run"])
         recommended, fitness = int(run["recommended"]), softvox_gym.landscape()["fitness"]

@@ -1,11 +1,11 @@
-"""What a browser may ask for: the parameters of every request, each with what reads it."""
+"""What a browser may ask for: the parameters of every request."""
 
 from __future__ import annotations
 
 import re
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import cos, inf, pi, sin
 from typing import Any
 
@@ -67,49 +67,37 @@ SLIDERS: list[dict[str, Any]] = [
 PHYSICS = (*(slider["name"] for slider in SLIDERS), "actuation")
 
 
-def _design(name: str, text: str) -> int:
-    try:
-        return design_of(text, (2, 2, 2)).index
-    except BadInputError as error:
-        raise BadRequestError(str(error).partition(", which a")[0], name) from error
+#: Bounds of whole numbers, and of what the physics does not check: an upright floor holds no robot.
+WHOLE = {"seed": (0, 10**15), "budget": (1, MOST_BUDGET)}
+DEGREES = {"tilt": 80, "downhill": 360}
 
 
-def _whole(low: int, high: int) -> Callable[[str, str], int]:
-    def read_whole(name: str, text: str) -> int:
-        if not re.fullmatch(r"[0-9]{1,18}", text) or not low <= int(text) <= high:
-            raise BadRequestError(
-                f"{name} must be a whole number from {low} to {high}, got {text[:60]!r}", name
-            )
-        return int(text)
-
-    return read_whole
-
-
-def _number(most: float = inf) -> Callable[[str, str], float]:
-    def read_number(name: str, text: str) -> float:
+def _value(name: str, text: str) -> Any:
+    """Return what a parameter's text stands for."""
+    if name in ("design", "compare"):
         try:
-            value = float(text)
-        except ValueError:
-            raise BadRequestError(f"{name} must be a number, got {text[:60]!r}", name) from None
-        if most < inf and not abs(value) <= most:
-            raise BadRequestError(
-                f"{name} must be between {-most:g} and {most:g} degrees, got {text[:60]}", name
-            )
-        return value  # the physics says what else is out of bounds
-
-    return read_number
-
-
-#: What reads each parameter; what is not here is text. A floor that stands upright holds no robot.
-READERS: dict[str, Callable[[str, str], Any]] = {
-    "design": _design,
-    "compare": _design,
-    "seed": _whole(0, 10**15),
-    "budget": _whole(1, MOST_BUDGET),
-    **{slider["name"]: _number() for slider in SLIDERS},
-    "tilt": _number(80),
-    "downhill": _number(360),
-}
+            return design_of(text, (2, 2, 2)).index
+        except BadInputError as error:
+            raise BadRequestError(str(error).partition(", which a")[0], name) from error
+    if name in WHOLE:
+        low, high = WHOLE[name]
+        if re.fullmatch(r"[0-9]{1,18}", text) and low <= int(text) <= high:
+            return int(text)
+        raise BadRequestError(
+            f"{name} must be a whole number from {low} to {high}, got {text[:60]!r}", name
+        )
+    if name not in PHYSICS or name == "actuation":
+        return text
+    try:
+        value = float(text)
+    except ValueError:
+        raise BadRequestError(f"{name} must be a number, got {text[:60]!r}", name) from None
+    most = DEGREES.get(name, inf)
+    if most < inf and not abs(value) <= most:
+        raise BadRequestError(
+            f"{name} must be between {-most} and {most} degrees, got {text[:60]}", name
+        )
+    return value
 
 
 def read(
@@ -132,7 +120,7 @@ def read(
     Raises
     ------
     BadRequestError
-        For a value that its reader refuses, or a name that is not expected.
+        For a value that can't be, or a name that is not expected.
     """
     names = (*needed, *also)
     for name in given:
@@ -141,9 +129,7 @@ def read(
                 f"there is no parameter {name[:60]!r}; the parameters are {', '.join(names)}", name
             )
     texts = {name: given.get(name, "") for name in needed} | dict(given)
-    return {
-        name: READERS[name](name, text) if name in READERS else text for name, text in texts.items()
-    }
+    return {name: _value(name, text) for name, text in texts.items()}
 
 
 def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:

@@ -87,26 +87,14 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
 
 
 def frames_of(result: Result) -> Frames:
-    """Return the frames of a result.
-
-    Raises
-    ------
-    ValueError
-        Where it has none.
-    """
+    """Return the frames of a result; ValueError where it has none."""
     if result.frames is None:
         raise ValueError("the result has no frames; simulate(..., frames=20) keeps every 20th step")
     return result.frames
 
 
 def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
-    """Return places in the batch, all where none is given.
-
-    Raises
-    ------
-    ValueError
-        Where one is outside the batch.
-    """
+    """Return places in the batch, all where none is given; ValueError for one outside it."""
     for i in designs:
         if not 0 <= i < len(result):
             last = len(result) - 1
@@ -117,19 +105,8 @@ def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
 def pose(result: Result, i: int, frame: int) -> Pose:
     """Return one design of a batch at one moment.
 
-    Parameters
-    ----------
-    result : Result
-        Of `simulate(..., frames=every)`.
-    i : int
-        The design's place in the batch.
-    frame : int
-        From 0; past the last one that the design has, that last one.
-
-    Returns
-    -------
-    Pose
-        In voxel widths, its voxels in the order of their sites.
+    Its place in the batch and the frame count from 0; past the last frame that the design has, that
+    one is taken. In voxel widths, the voxels in the order of their sites.
 
     Raises
     ------

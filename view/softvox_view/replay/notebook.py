@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from softvox_gym.design import Design
-from softvox_gym.rendering import fitting_distance
 from softvox_gym.simulation import Result
 from softvox_view.replay.data import bytes_per_frame, clock_of, label, name_of, recording, rest_pose
 from softvox_view.replay.page import page
@@ -52,9 +51,7 @@ def fittest(result: Result) -> list[int]:
 
 
 def _built(designs: Sequence[Design], names: str) -> str:
-    poses = [rest_pose(design.array) for design in designs]
-    distances = [fitting_distance(pose) for pose in poses]
-    picture = beside(poses, panel=PANEL, distances=distances)
+    picture = beside([rest_pose(design.array) for design in designs], panel=PANEL)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 

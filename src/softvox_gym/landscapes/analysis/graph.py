@@ -16,8 +16,6 @@ N_SITES = LATTICE.sites
 #: Each of the 8 sites has two other values.
 N_NEIGHBOURS = N_SITES * ACTIVE
 
-_POWERS = 3 ** np.arange(N_SITES)
-
 
 @lru_cache(maxsize=1)
 def all_digits() -> NDArray[np.int64]:
@@ -27,13 +25,10 @@ def all_digits() -> NDArray[np.int64]:
 
 @lru_cache(maxsize=1)
 def neighbours() -> NDArray[np.int64]:
-    """Return the 16 designs that differ from each design at exactly one site.
+    """Return the 16 designs that differ from each design at exactly one site, shape (6561, 16).
 
-    Returns
-    -------
-    ndarray of int64, shape (6561, 16)
-        Row i holds the numbers of the neighbours of design i: two for site 0, the smaller digit
-        first, then two for site 1, and so on. Read-only.
+    Row i holds the numbers of the neighbours of design i: two for site 0, the smaller digit first,
+    then two for site 1, and so on. Read-only.
 
     Examples
     --------
@@ -50,15 +45,10 @@ def neighbours() -> NDArray[np.int64]:
 def with_digit(digit: int | NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of every design after a site alone is given a digit, shape (6561, 8).
 
-    Parameters
-    ----------
-    digit : int, or ndarray of shape (6561, 8)
-        0 absent, 1 passive, 2 active; one for all, or one per design and site.
+    The digit is one for all, or one per design and site, shape (6561, 8).
     """
-    changed: NDArray[np.int64] = (
-        np.arange(N_DESIGNS)[:, np.newaxis] + (digit - all_digits()) * _POWERS
-    )
-    return changed
+    powers: NDArray[np.int64] = 3 ** np.arange(N_SITES)
+    return np.arange(N_DESIGNS)[:, np.newaxis] + (digit - all_digits()) * powers
 
 
 def distance_to(designs: ArrayLike) -> NDArray[np.int64]:
@@ -73,15 +63,8 @@ def distance_to(designs: ArrayLike) -> NDArray[np.int64]:
 def components(joined: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the pieces into which the graph falls when only some of its edges are kept.
 
-    Parameters
-    ----------
-    joined : ndarray of bool, shape (6561, 16)
-        Whether the edge to each of the `neighbours` is kept; the same seen from either end.
-
-    Returns
-    -------
-    ndarray of int64, shape (6561,)
-        For each design the smallest number in its piece.
+    Given for each of the `neighbours` whether the edge to it is kept, shape (6561, 16), the same
+    seen from either end; for each design the smallest number in its piece, shape (6561,).
     """
     label = np.arange(N_DESIGNS)
     while True:

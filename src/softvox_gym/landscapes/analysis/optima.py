@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,9 @@ from softvox_gym.landscapes.table import N_DESIGNS
 NEARLY = 0.99
 
 
-@dataclass(frozen=True)
-class Ascents:
+class Ascents(NamedTuple):
     """Where climbs end from every start.
 
-    Parameters
-    ----------
     probability : ndarray, shape (6561, m)
         Of a climb from each design to end in each local optimum.
     steps : ndarray, shape (6561,)
@@ -32,19 +29,10 @@ class Ascents:
     probability: NDArray[np.float64]
     steps: NDArray[np.float64]
 
-    @property
-    def basins(self) -> NDArray[np.float64]:
-        """The (expected) number of starts that end in each optimum, shape (m,); 6561 in all."""
-        sizes: NDArray[np.float64] = self.probability.sum(axis=0)
-        return sizes
 
-
-@dataclass(frozen=True)
-class LocalOptima:
+class LocalOptima(NamedTuple):
     """Every local optimum, the fittest first, equal ones by number.
 
-    Parameters
-    ----------
     design : ndarray of int64, shape (m,)
         The smallest number on the plateau.
     fitness : ndarray, shape (m,)
@@ -65,15 +53,8 @@ class LocalOptima:
 def plateaus(fitness: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the plateau of every design: the designs reached by mutations that change nothing.
 
-    Parameters
-    ----------
-    fitness : ndarray, shape (6561,)
-        Equal means equal bits, but for the sign of zero.
-
-    Returns
-    -------
-    ndarray of int64, shape (6561,)
-        The smallest number on each design's plateau; its own where no neighbour is as fit.
+    The smallest number on it stands for it, shape (6561,). Equal means equal bits, but for the
+    sign of zero.
     """
     return components(fitness[neighbours()] == fitness[:, np.newaxis])
 
@@ -107,15 +88,8 @@ def local_optima(fitness: NDArray[np.float64]) -> LocalOptima:
     smallest number where several are; random ascent to any of them, each with the same
     probability, which is what a first-improvement climber does that tries mutations in random
     order. Both are absorbing Markov chains whose every step gains fitness, so the probabilities
-    follow in one pass over the designs in order of falling fitness.
+    follow in one pass over the designs in order of falling fitness, of shape (6561,).
 
-    Parameters
-    ----------
-    fitness : ndarray, shape (6561,)
-        Finite.
-
-    Notes
-    -----
     Source: G. Ochoa, M. Tomassini, S. Verel, C. Darabos, A study of NK landscapes' basins and
     local optima networks, GECCO 2008 (basins of steepest ascent); J. G. Kemeny, J. L. Snell,
     Finite Markov Chains, 1960, chapter III (absorption).
@@ -183,8 +157,8 @@ def optima(found: LocalOptima) -> Section:
                 found.fitness.tolist(),
                 found.plateau.tolist(),
                 # A steepest ascent ends in one place, so these are whole numbers.
-                found.steepest.basins.astype(int).tolist(),
-                found.random.basins.tolist(),
+                found.steepest.probability.sum(axis=0).astype(int).tolist(),
+                found.random.probability.sum(axis=0).tolist(),
                 strict=True,
             )
         ),

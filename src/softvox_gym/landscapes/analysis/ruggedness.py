@@ -30,19 +30,11 @@ def autocorrelation(
     designs equally often, and the correlation of the fitness now and s steps on is
     g' P^s g / g' g, with g the fitness less its mean and P the walk's transition matrix.
 
-    Parameters
-    ----------
-    fitness : ndarray, shape (6561,)
-    lags : int
-        Up to how many steps.
-
     Returns
     -------
     ndarray, shape (lags + 1,), or None
         rho(0) = 1, rho(1), ... rho(lags). None where all fitness is equal.
 
-    Notes
-    -----
     Source: E. Weinberger, Correlated and uncorrelated fitness landscapes and how to tell the
     difference, Biological Cybernetics 63, 1990.
     """
@@ -58,18 +50,8 @@ def autocorrelation(
 def correlation_length(rho_1: float) -> float:
     """Return the steps of a random walk after which correlation has fallen by a factor e.
 
-    Parameters
-    ----------
-    rho_1 : float
-        Autocorrelation after one step, below 1.
+    -1 / ln |rho_1|, of the autocorrelation after one step, below 1; 0 where that is 0.
 
-    Returns
-    -------
-    float
-        -1 / ln |rho_1|; 0 where it is 0.
-
-    Notes
-    -----
     Source: P. F. Stadler, Landscapes and their correlation functions, Journal of Mathematical
     Chemistry 20, 1996.
     """
@@ -89,8 +71,6 @@ def variance_by_order(fitness: NDArray[np.float64]) -> NDArray[np.float64] | Non
     ndarray, shape (8,), or None
         Sums to 1; entry k - 1 belongs to order k. None where all fitness is equal.
 
-    Notes
-    -----
     Source: P. F. Stadler, Landscapes and their correlation functions, Journal of Mathematical
     Chemistry 20, 1996 (amplitude spectra); B. Efron, C. Stein, The jackknife estimate of variance,
     Annals of Statistics 9, 1981 (the decomposition).
@@ -111,8 +91,6 @@ def variance_by_order(fitness: NDArray[np.float64]) -> NDArray[np.float64] | Non
 def ruggedness(fitness: NDArray[np.float64]) -> Section:
     """Return correlation, interaction of sites, and how fitness goes with distance.
 
-    Notes
-    -----
     Source: T. Jones, S. Forrest, Fitness distance correlation as a measure of problem difficulty
     for genetic algorithms, ICGA 1995.
     """
@@ -162,8 +140,6 @@ def ruggedness(fitness: NDArray[np.float64]) -> Section:
 def neutrality(fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THRESHOLDS) -> Section:
     """Return how many mutations change fitness by no more than each threshold, voxel widths.
 
-    Notes
-    -----
     Source: C. M. Reidys, P. F. Stadler, Neutrality in fitness landscapes, Applied Mathematics and
     Computation 117, 2001.
     """

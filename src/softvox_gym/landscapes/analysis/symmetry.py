@@ -33,7 +33,7 @@ _ABOVE = tuple(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS)
 
 @lru_cache(maxsize=2)
 def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
-    """Return for every design the one that stands for its symmetry class.
+    """Return for every design the one that stands for its symmetry class, shape (6561,).
 
     A class holds the designs that a quarter turn about the vertical (the group C4), or a turn or a
     mirror in a vertical plane (C4 with reflections, the eight symmetries of a square), makes of one
@@ -44,13 +44,10 @@ def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
     reflections : bool
         Whether mirror images count as the same.
 
-    Returns
-    -------
-    ndarray of int64, shape (6561,)
-        The smallest number in the class of each design, as `Design.canonical` has it. Read-only.
-
     Notes
     -----
+    The smallest number in the class stands for it, as `Design.canonical` has it. Read-only.
+
     There are 1665 classes without reflections and 1035 with them, as Burnside's lemma says: a
     symmetry that moves the eight sites in c cycles leaves 3^c designs as they are, so there are
     (3^8 + 2 * 3^2 + 3^4) / 4, and (3^8 + 2 * 3^2 + 3^4 + 2 * 3^4 + 2 * 3^6) / 8.
@@ -64,10 +61,7 @@ def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
 def symmetries(*, reflections: bool = True) -> list[NDArray[np.int64]]:
     """Return the symmetries as orders of the sites: digits[order] is the design turned.
 
-    Parameters
-    ----------
-    reflections : bool
-        Whether to give the four mirrors after the four turns.
+    The four turns come first, then, with reflections, the four mirrors.
     """
     sites = LATTICE.to_stack(np.arange(N_SITES))
     poses = [np.rot90(sites, k) for k in range(4)]

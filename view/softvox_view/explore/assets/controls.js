@@ -13,7 +13,9 @@ export class Controls {
     this.#onChange = onChange;
     form.addEventListener("submit", (event) => event.preventDefault());
     for (const slider of sliders) this.#addSlider(slider);
-    this.#addActuation(actuations);
+    const modes = actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode));
+    this.#add("actuation", "Actuation", element("select", {}, ...modes), actuations[0]);
+    this.parameters = {};
   }
 
   /** What differs from the published physics, as texts by name. */
@@ -26,7 +28,7 @@ export class Controls {
   set parameters(values) {
     for (const [name, row] of this.#rows) {
       row.field.value = values[name] ?? row.given;
-      row.range && (row.range.value = row.field.value);
+      if (row.range) row.range.value = row.field.value;
       this.#style(row);
     }
     this.clear();
@@ -56,26 +58,18 @@ export class Controls {
   }
 
   #addSlider({ name, label, unit, low, high, step, default: standard }) {
-    const row = this.#row(name, unit ? `${label}, ${unit}` : label);
     const limits = { min: low, max: high, step: "any", "aria-label": label };
     const range = element("input", { type: "range", id: `slider-${name}`, ...limits });
-    const digits = { inputmode: "decimal", autocomplete: "off" };
-    row.field = element("input", { type: "text", id: `value-${name}`, ...digits });
-    row.given = short(standard);
-    row.range = range;
+    const field = element("input", { type: "text", inputmode: "decimal", autocomplete: "off" });
+    const row = this.#add(name, unit ? `${label}, ${unit}` : label, field, short(standard), range);
     range.addEventListener("input", () => {
-      row.field.value = short(Math.round(range.value / step) * step);
+      field.value = short(Math.round(range.value / step) * step);
       // The published value need not be a whole number of steps: near it the slider snaps to it.
-      if (Math.abs(range.value - standard) < step / 2) row.field.value = row.given;
+      if (Math.abs(range.value - standard) < step / 2) field.value = row.given;
       this.#style(row);
     });
     range.addEventListener("keydown", (event) => this.#key(event, row, step));
     range.addEventListener("change", () => this.#changed(row));
-    row.field.addEventListener("change", () => {
-      range.value = row.field.value;
-      this.#changed(row);
-    });
-    this.#finish(name, row, range);
   }
 
   /** A continuous slider would move by a hundredth of its length; the keys go by its step. */
@@ -88,30 +82,20 @@ export class Controls {
     row.range.dispatchEvent(new Event("change"));
   }
 
-  #addActuation(actuations) {
-    const row = this.#row("actuation", "Actuation");
-    const options = actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode));
-    row.field = element("select", { id: "value-actuation" }, ...options);
-    row.given = actuations[0];
-    row.field.addEventListener("change", () => this.#changed(row));
-    this.#finish("actuation", row, null);
-  }
-
-  #row(name, text) {
-    return {
-      box: element("div", { class: "parameter" }),
-      label: element("label", { for: `value-${name}`, text }),
-      error: element("p", { class: "error", id: `error-${name}` }),
-    };
-  }
-
-  #finish(name, row, range) {
-    row.field.setAttribute("aria-describedby", row.error.id);
-    row.box.append(row.label, ...(range ? [range] : []), row.field, row.error);
+  #add(name, text, field, given, range = null) {
+    field.id = `value-${name}`;
+    const error = element("p", { class: "error", id: `error-${name}` });
+    field.setAttribute("aria-describedby", error.id);
+    const parts = [element("label", { for: field.id, text }), range, field, error].filter(Boolean);
+    const box = element("div", { class: "parameter" }, ...parts);
+    const row = { box, field, range, error, given };
+    field.addEventListener("change", () => {
+      if (range) range.value = field.value;
+      this.#changed(row);
+    });
     this.#rows.set(name, row);
-    this.#form.append(row.box);
-    row.field.value = row.given;
-    if (range) range.value = row.given;
+    this.#form.append(box);
+    return row;
   }
 
   #changed(row) {

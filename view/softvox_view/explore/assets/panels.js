@@ -1,4 +1,4 @@
-// What is told in words and numbers: robots, changes, a path; and the table to download.
+// Words and numbers: robots, changes, a path; and the table to download.
 
 import { heading } from "./colours.js";
 import { element } from "./dom.js";
@@ -60,7 +60,7 @@ export function fillFacts(table, robots, atlas, values) {
     const cells = texts.map((text) => element("td", { text }));
     return element("tr", {}, element("th", { text: name, scope: "row" }), ...cells);
   });
-  table.replaceChildren(table.caption, element("tr", {}, element("td"), ...head), ...body);
+  table.replaceChildren(element("tr", {}, element("td"), ...head), ...body);
 }
 
 function turn(degrees) {

@@ -1,4 +1,4 @@
-// A searcher's path over the map: its form, and what is told of it.
+// A searcher's path over the map: its form, and what it shows of it.
 
 import { find } from "./dom.js";
 import { improvements, pathInShort } from "./panels.js";

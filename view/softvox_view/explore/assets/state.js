@@ -28,9 +28,9 @@ export function read(hash) {
 export function written(state) {
   const query = new URLSearchParams();
   for (const name of Object.keys(DEFAULTS)) {
-    // Of a path everything is told, and nothing where there is none.
-    const isTold = PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
-    if (isTold) query.set(name, state[name]);
+    // All of a path is written, and nothing where there is none.
+    const isWritten = PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
+    if (isWritten) query.set(name, state[name]);
   }
   for (const [name, value] of Object.entries(state.parameters)) query.set(name, value);
   return query.toString();

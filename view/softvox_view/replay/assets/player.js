@@ -224,7 +224,21 @@ export class SoftvoxPlayer {
     });
     on(this.#find(".follow"), "change", () => this.#draw());
     on(this.#find(".reset"), "click", () => (this.view = VIEW));
-    listen(canvas, this.#actions(), signal);
+    const view = this.#view;
+    const actions = {
+      turn: (azimuth, elevation) => {
+        this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
+      },
+      zoom: (factor) => (this.view = { zoom: view.zoom * factor }),
+      step: (frames) => {
+        this.pause();
+        this.seek(this.#frame + frames);
+      },
+      toggle: () => this.#toggle(),
+      toggleFollow: () => (this.view = { follow: !this.view.follow }),
+      reset: () => (this.view = VIEW),
+    };
+    listen(canvas, actions, signal);
     on(canvas, "webglcontextlost", (event) => {
       event.preventDefault(); // or it could not come back
       this.pause();
@@ -239,24 +253,6 @@ export class SoftvoxPlayer {
     });
     this.#sizes = new ResizeObserver(() => this.#draw());
     this.#sizes.observe(canvas);
-  }
-
-  /** What a hand can do; see `listen`. */
-  #actions() {
-    const view = this.#view;
-    return {
-      turn: (azimuth, elevation) => {
-        this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
-      },
-      zoom: (factor) => (this.view = { zoom: view.zoom * factor }),
-      step: (frames) => {
-        this.pause();
-        this.seek(this.#frame + frames);
-      },
-      toggle: () => this.#toggle(),
-      toggleFollow: () => (this.view = { follow: !this.view.follow }),
-      reset: () => (this.view = VIEW),
-    };
   }
 
   #toggle() {
