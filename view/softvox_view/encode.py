@@ -60,18 +60,9 @@ def gif_fps(fps: float) -> float:
 def gif(
     draw: Callable[[int], Picture], count: int, *, fps: float, progress: Progress | None = None
 ) -> bytes:
-    """Return a film as the bytes of a GIF that repeats for ever.
+    """Return a film of so many pictures as the bytes of a GIF that repeats for ever.
 
-    Parameters
-    ----------
-    draw : callable (k) -> ndarray of uint8, shape (height, width, 3)
-        Draws the k-th picture.
-    count : int
-        How many there are.
-    fps : float
-        Pictures per second, rounded as `gif_fps` does.
-    progress : callable (done, total), optional
-        Called after every picture.
+    `draw` returns the k-th, shape (height, width, 3); `fps` is rounded as `gif_fps` does.
     """
     from PIL import Image
 
@@ -101,12 +92,7 @@ def mp4(
 ) -> bytes:
     """Return a film as the bytes of an MP4 (H.264, which every browser plays).
 
-    Parameters are those of `gif`; width and height must be even, and fps is not rounded.
-
-    Raises
-    ------
-    OSError
-        Where ffmpeg fails.
+    As `gif`, but width and height must be even, and fps is not rounded; OSError where ffmpeg fails.
     """
     import imageio_ffmpeg
 

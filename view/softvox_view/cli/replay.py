@@ -24,7 +24,7 @@ from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.rendering import png
 from softvox_gym.simulation import Result, simulate
-from softvox_view import replay
+from softvox_view import encode, replay
 from softvox_view.replay.data import bytes_per_frame, frames_of, label, short_label
 
 DESCRIPTION = """\
@@ -232,10 +232,8 @@ def _panel(args: Namespace) -> tuple[int, int]:
 
 
 def _film_fps(args: Namespace) -> float:
-    from softvox_view.encode import gif_fps
-
     wish: float = args.fps or FPS
-    return gif_fps(wish) if args.out.suffix.lower() == ".gif" else wish
+    return encode.gif_fps(wish) if args.out.suffix.lower() == ".gif" else wish
 
 
 def _page(args: Namespace, result: Result) -> bytes:
@@ -248,8 +246,6 @@ def _picture(args: Namespace, result: Result) -> bytes:
 
 
 def _film(args: Namespace, result: Result) -> bytes:
-    from softvox_view import encode
-
     make = encode.gif if args.out.suffix.lower() == ".gif" else encode.mp4
     shown, draw = _shown(args, result), _drawing(args, result)
     with Progress(sys.stderr, unit="pictures") as progress:
@@ -279,8 +275,6 @@ def _shown(args: Namespace, result: Result) -> list[int]:
 
 def _drawing(args: Namespace, result: Result) -> Callable[[int], NDArray[np.uint8]]:
     """Return what draws a frame, with captions."""
-    from softvox_view.encode import captioned
-
     panel = _panel(args)
     captions = [(label(result, i), short_label(result, i)) for i in range(len(result))]
-    return lambda k: captioned(replay.still(result, frame=k, panel=panel), captions, panel)
+    return lambda k: encode.captioned(replay.still(result, frame=k, panel=panel), captions, panel)

@@ -53,7 +53,7 @@ class Explorer:
     threads : int, optional
         Of the engine, shared by all that computes landscapes; all processors where None.
     results : dict of Recorded, optional
-        Folders of results whose paths can be shown, by name: `recorded.read_all`.
+        Folders of results whose paths can be shown, by name.
     """
 
     def __init__(

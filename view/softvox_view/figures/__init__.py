@@ -35,12 +35,7 @@ FIGURES = {
 class Inputs:
     """What figures may be made of besides the data that ship with the package.
 
-    Parameters
-    ----------
-    tracks : tuple of RealTrack
-        Of real robots, for the figure tracks.
-    results : dict of str to Results
-        Of `softvox compare`, by name, for the figure search.
+    Tracks of real robots are for the figure tracks, results by name for the figure search.
     """
 
     tracks: tuple[RealTrack, ...] = ()
