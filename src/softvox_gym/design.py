@@ -102,8 +102,7 @@ class Design:
     @property
     def shape(self) -> tuple[int, int, int]:
         """The lattice's sides (nx, ny, nz)."""
-        nx, ny, nz = self.lattice
-        return nx, ny, nz
+        return self.lattice[:]
 
     @property
     def digits(self) -> str:
@@ -146,35 +145,26 @@ class Design:
         Parameters
         ----------
         k : int
-            Quarter turns, counter-clockwise seen from above (+x goes to +y).
-
-        Returns
-        -------
-        Design
-            On a lattice of shape (ny, nx, nz) where k is odd.
+            Quarter turns, counter-clockwise seen from above (+x goes to +y); where it is odd, the
+            lattice's shape becomes (ny, nx, nz).
         """
-        return _of_array(np.rot90(self.array, as_index(k)))
+        return Design(np.rot90(self.array, as_index(k)))
 
     def mirrored(self) -> Design:
         """Mirror the robot in a plane across x (x becomes nx - 1 - x)."""
-        return _of_array(self.array[::-1])
+        return Design(self.array[::-1])
 
     def canonical(self, *, reflections: bool = True) -> Design:
         """Return the one design that stands for all that look the same when turned (and mirrored).
 
-        Gravity and the floor look the same from every heading, so these travel equally far, but for
-        what the beams' frames make of it (a few thousandths of the way; more where a robot falls
-        over).
+        It has the smallest shape and then the smallest index. Gravity and the floor look the same
+        from every heading, so these travel equally far, but for what the beams' frames make of it
+        (a few thousandths of the way; more where a robot falls over).
 
         Parameters
         ----------
         reflections : bool
             Whether mirror images count as the same.
-
-        Returns
-        -------
-        Design
-            The one with the smallest shape and then the smallest index.
         """
         poses = [self.rotated(k) for k in range(4)]
         if reflections:
@@ -249,15 +239,7 @@ def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def checked_digits(values: ArrayLike, *, what: str = "designs") -> NDArray[np.uint8]:
-    """Return an array of digits as uint8.
-
-    Raises
-    ------
-    TypeError
-        Where the values are not whole numbers.
-    ValueError
-        Where one is not 0, 1 or 2.
-    """
+    """Return digits as uint8; TypeError where they are no whole numbers, ValueError for others."""
     array = _as_array(values)
     if array.dtype.kind not in "iu" and array.size:
         raise TypeError(
@@ -270,25 +252,19 @@ def checked_digits(values: ArrayLike, *, what: str = "designs") -> NDArray[np.ui
     return array.astype(np.uint8)
 
 
-def _of_array(array: NDArray[np.uint8]) -> Design:
-    return Design._of(array.tobytes(order="F"), Lattice(*array.shape))
-
-
 @lru_cache(maxsize=65536)
 def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...]:
     waiting = {site for site, present in enumerate(occupied) if present}
     pieces = []
-    for first, present in enumerate(occupied):
-        if not present or first not in waiting:
-            continue
-        piece = [first]
-        waiting.discard(first)
-        for site in piece:
-            for neighbour in lattice.neighbours(site):
-                if neighbour in waiting:
-                    waiting.discard(neighbour)
-                    piece.append(neighbour)
-        pieces.append(tuple(sorted(piece)))
+    for first in range(len(occupied)):
+        if first in waiting:
+            waiting.discard(first)
+            piece = [first]
+            for site in piece:
+                near = waiting.intersection(lattice.neighbours(site))
+                waiting -= near
+                piece += near
+            pieces.append(tuple(sorted(piece)))
     return tuple(pieces)
 
 
@@ -336,21 +312,24 @@ def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.
         digits as the lattice has sites: it may be one design or many numbers.
     """
     lattice = None if shape is None else Lattice.of(shape)
+    own = lattice or Lattice()
     if isinstance(designs, (Design, str, int, np.integer)):
         return Design(designs, shape=lattice).array[np.newaxis]
     array = _batch_array(designs)
-    if array is None:
-        return _stack_of_mixed(list(designs), lattice)
-    own = lattice or Lattice()
     if array.ndim == 0:
         return Design(array, shape=lattice).array[np.newaxis]
+    is_row = array.ndim == 1 and array.dtype.kind in "OU"
+    if is_row and not all(isinstance(design, (int, np.integer)) for design in array):
+        arrays = [Design(design, shape=lattice).array for design in array]
+        if len(shapes := {array.shape for array in arrays}) > 1:
+            raise ValueError(f"designs must share one lattice, got {sorted(shapes)}")
+        return np.stack(arrays)
     if array.ndim == 1 and array.size == 0:
         return np.zeros((0, *own), dtype=np.uint8)
-    if array.ndim == 1:
-        if array.dtype.kind not in "iuO":
-            checked_digits(array)  # says what is wrong
-        _check_unambiguous(array, own)
-        return own.to_stack(own.digits(_whole_numbers(array)))
+    if array.ndim == 1 and array.dtype.kind in "iuO":
+        numbers = _whole_numbers(array)
+        _check_unambiguous(numbers, own)
+        return own.to_stack(own.digits(numbers))
     digits = checked_digits(array)
     if digits.ndim == 2 and digits.shape[1] == own.sites:
         return own.to_stack(digits)
@@ -364,34 +343,16 @@ def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.
     )
 
 
-def _batch_array(designs: Any) -> NDArray[Any] | None:
-    """Return a batch as an array; None for a sequence of designs written in different ways."""
-    if hasattr(designs, "__array__"):
-        array = np.asarray(designs)
-        return None if array.dtype.kind in "OU" and array.ndim == 1 else array
-    if isinstance(designs, (bytes, bytearray, memoryview)):
+def _batch_array(designs: Any) -> NDArray[Any]:
+    """Return a batch as the array that it is, or as a row of objects."""
+    if hasattr(designs, "__array__") or isinstance(designs, (bytes, bytearray, memoryview)):
         return _as_array(designs)
     try:
-        rows = list(designs)
+        return np.fromiter(designs, dtype=object)
     except TypeError:
         raise TypeError(
             f"designs must be a design or a batch of designs, got {designs!r}"
         ) from None
-    if all(isinstance(row, (int, np.integer)) for row in rows):
-        if any(isinstance(row, (bool, np.bool_)) for row in rows):
-            raise TypeError("designs must be whole numbers, got a bool")
-        return np.array(rows, dtype=object if any(abs(int(row)) >> 63 for row in rows) else None)
-    return None
-
-
-def _stack_of_mixed(rows: list[Any], lattice: Lattice | None) -> NDArray[np.uint8]:
-    if rows and all(isinstance(row, (int, np.integer)) for row in rows):  # an array of objects
-        return stack_of(rows, shape=lattice)
-    arrays = [Design(row, shape=lattice).array for row in rows]
-    shapes = {array.shape for array in arrays}
-    if len(shapes) > 1:
-        raise ValueError(f"the designs of a batch must share one lattice, got {sorted(shapes)}")
-    return np.stack(arrays)
 
 
 def _check_unambiguous(numbers: NDArray[Any], lattice: Lattice) -> None:

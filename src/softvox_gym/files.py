@@ -7,6 +7,7 @@ import errno
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -16,13 +17,7 @@ class OutputError(Exception):
 
 
 def check_file(path: Path, *, force: bool) -> None:
-    """Make sure, before the work, that a file can be written.
-
-    Raises
-    ------
-    OutputError
-        Where it exists and force is not given, or its folder can't be written to.
-    """
+    """Raise OutputError, before the work, where a file can't be written or is there unforced."""
     if path.is_dir():
         raise OutputError(f"{path} is a folder; name a file")
     if os.path.lexists(path) and not force:
@@ -31,12 +26,9 @@ def check_file(path: Path, *, force: bool) -> None:
 
 
 def check_folder(path: Path, names: Iterable[str], *, force: bool) -> None:
-    """Make sure, before the work, that a folder with files of these names can be written.
+    """Raise OutputError, before the work, where files of these names can't be written to a folder.
 
-    Raises
-    ------
-    OutputError
-        Where the folder is not empty and force is not given, or can't be written to.
+    Without force, the folder must be new or empty.
     """
     if not path.is_dir():
         if os.path.lexists(path):
@@ -59,8 +51,7 @@ def write_file(path: Path, content: bytes, *, force: bool) -> None:
     OutputError
         Where writing fails, or the file exists and force is not given.
     """
-    temporary = _temporary(path.parent, path.name)
-    with _cleaning_up(temporary, path):
+    with _temporary(path.parent, path) as temporary:
         _write(temporary, content)
         _put(temporary, path, force=force)
         _sync_folder(path.parent)
@@ -78,8 +69,7 @@ def write_folder(path: Path, contents: Mapping[str, bytes], *, force: bool) -> N
         Where writing fails, or a file exists and force is not given.
     """
     exists = path.is_dir()
-    temporary = _temporary(path if exists else path.parent, path.name)
-    with _cleaning_up(temporary, path):
+    with _temporary(path if exists else path.parent, path) as temporary:
         temporary.mkdir()
         for name, content in contents.items():
             _write(temporary / name, content)
@@ -93,33 +83,23 @@ def write_folder(path: Path, contents: Mapping[str, bytes], *, force: bool) -> N
 
 
 @contextlib.contextmanager
-def _cleaning_up(temporary: Path, path: Path) -> Iterator[None]:
-    """Leave no temporary file or folder, unless its content has nowhere else to go."""
+def _temporary(folder: Path, path: Path) -> Iterator[Path]:
+    """Yield an unused hidden name, and leave nothing there unless it has nowhere else to go."""
+    temporary = folder / f".{path.name[:80]}.partial-{secrets.token_hex(6)}"
+    is_stranded = False
     try:
-        yield
+        yield temporary
     except OSError as error:
-        if error.errno in (errno.EEXIST, errno.ENOTEMPTY):
+        if is_stranded := error.errno in (errno.EEXIST, errno.ENOTEMPTY):
             raise OutputError(
                 f"{path} was written by something else meanwhile; the results are in {temporary}"
             ) from None
-        _remove(temporary)
         raise OutputError(f"cannot write {path}: {error.strerror}") from None
-    except BaseException:
-        _remove(temporary)
-        raise
-    _remove(temporary)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)
-
-
-def _temporary(folder: Path, name: str) -> Path:
-    """Return an unused hidden name in the folder; named before it exists, so always removable."""
-    return folder / f".{name[:80]}.partial-{secrets.token_hex(6)}"
+    finally:
+        if temporary.is_dir() and not is_stranded:
+            shutil.rmtree(temporary, ignore_errors=True)
+        elif not is_stranded:
+            temporary.unlink(missing_ok=True)
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -134,15 +114,12 @@ def _put(source: Path, target: Path, *, force: bool) -> None:
     if not force:
         try:
             os.link(source, target)  # unlike a rename, this refuses where the target exists
-        except FileExistsError:
-            raise
-        except OSError:  # a file system without hard links
+        except OSError:  # perhaps a file system without hard links
             if os.path.lexists(target):
                 raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST)) from None
-        else:
-            source.unlink()
-            return
-    os.replace(source, target)
+            os.replace(source, target)
+    else:
+        os.replace(source, target)
 
 
 def _sync_folder(folder: Path) -> None:
@@ -158,13 +135,10 @@ def _sync_folder(folder: Path) -> None:
 def _check_writable(folder: Path) -> None:
     if not folder.is_dir():
         raise OutputError(f"{folder} is not a folder; make it first, or choose another")
-    probe = _temporary(folder, "softvox")
     try:
-        probe.touch(exist_ok=False)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
     except OSError as error:
         raise OutputError(
             f"{folder} can't be written to ({error.strerror}); choose another"
         ) from None
-    finally:
-        with contextlib.suppress(OSError):
-            probe.unlink()

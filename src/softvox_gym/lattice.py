@@ -104,12 +104,12 @@ class Lattice(NamedTuple):
             For a number that no design of the lattice has.
         """
         array = np.asarray(numbers)
-        if array.dtype == object or not self.has_int64_numbers:
-            rows = [self._digits_of(as_index(number)) for number in array.ravel().tolist()]
+        for extreme in (array.min(), array.max()) if array.size else ():
+            self._check(as_index(extreme))
+        if not self.has_int64_numbers:
+            rows = [_digits(as_index(number), self.sites) for number in array.ravel().tolist()]
             flat = np.frombuffer(b"".join(rows), dtype=np.uint8)
             return flat.reshape(*array.shape, self.sites).copy()
-        for extreme in (array.min(), array.max()) if array.size else ():
-            self._check(int(extreme))
         powers = 3 ** np.arange(self.sites, dtype=np.int64)
         digits: NDArray[np.int64] = array[..., np.newaxis].astype(np.int64) // powers % 3
         return digits.astype(np.uint8)
@@ -157,11 +157,6 @@ class Lattice(NamedTuple):
             i, j, k = x + dx, y + dy, z + dz
             if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz:
                 yield i + nx * (j + ny * k)
-
-    def _digits_of(self, number: int) -> bytes:
-        """Return one design's digits as bytes."""
-        self._check(number)
-        return _digits(number, self.sites)
 
     def _check(self, number: int) -> None:
         # By length first: 3^sites of a large lattice takes a while to compute.
