@@ -25,11 +25,10 @@ NOISE_LEVEL = 1.0
 #: Displacement and fitness of every design by name, None where it diverged.
 Values = dict[str, list[float | None]]
 
-
 _kept: dict[Physics, Values] = {}
 
 
-def landscape(physics: Physics, *, threads: int, progress: Progress | None = None) -> Values:
+def landscape(physics: Physics, *, threads: int | None, progress: Progress) -> Values:
     """Return the landscape under some physics; the latest are kept."""
     if physics == Physics.published():
         return values_of(softvox_gym.landscape())
