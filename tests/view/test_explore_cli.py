@@ -1,5 +1,4 @@
 import http.client
-import json
 import os
 import re
 import signal
@@ -51,7 +50,7 @@ def test_ctrl_c_ends_a_landscape_that_is_being_computed():
             connection = http.client.HTTPConnection(host, timeout=20)
             connection.request("GET", "/api/landscape?gravity=-2")
             response = connection.getresponse()
-            assert json.loads(response.readline())["event"] == "progress"
+            assert b"progress" in response.readline()
             process.send_signal(signal.SIGINT)
             response.read()
             connection.close()

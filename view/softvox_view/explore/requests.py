@@ -85,19 +85,7 @@ def _value(name: str, text: str) -> Any:
 def read(
     given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Read the parameters of a request.
-
-    Parameters
-    ----------
-    given : mapping
-        Texts by name.
-    needed, also : iterable of str
-        The names that there must be, and those that there may be besides.
-
-    Returns
-    -------
-    dict
-        Values by name, of those that are given.
+    """Return the values of a request by name: those needed, and those that there may be besides.
 
     Raises
     ------

@@ -5,9 +5,9 @@ import { SoftvoxPlayer } from "/player/player.js";
 import { colouring, drawScale, pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
 import { landscapeMap } from "./map.js";
-import { address, ask, cancel, element, find, Refused, save } from "./page.js";
+import { address, ask, cancel, element, find, Refused, save, saveBlob } from "./page.js";
 import * as panels from "./panels.js";
-import { designOf, digitsOf, drawRobot, Editor } from "./robot.js";
+import { designOf, digitsOf, drawRobot, editor } from "./robot.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
 const PATH = ["results", "searcher", "seed", "budget"]; // which searcher's path is shown
@@ -34,7 +34,7 @@ let values = atlas; // the landscape now: {dx, dy, fitness}, by design
 let path = null; // of a searcher, with the fields that asked for it
 let player = null;
 const controls = new Controls(find("sliders"), atlas, (parameters) => want({ parameters }));
-const editor = new Editor(find("editor"), choose);
+const showDrawing = editor(find("editor"), choose);
 const map = landscapeMap(find("map"), atlas, choose, (design) => {
   drawRobot(find("hover-robot"), digitsOf(design));
   find("hover-text").textContent = panels.inShort(design, atlas, values);
@@ -107,7 +107,7 @@ async function want(changes, isStep = true) {
   wanted = { ...wanted, ...changes };
   if (changes.parameters) await recompute(changes.parameters, isStep);
   const { design, compare } = wanted;
-  const query = { design, ...(compare && { compare }), ...seen.parameters };
+  const query = queryOf(wanted);
   try {
     const recording = await ask("recording", query);
     record({ design, compare }, isStep);
@@ -116,6 +116,11 @@ async function want(changes, isStep = true) {
     wanted = { ...seen, parameters: wanted.parameters };
     complain(error);
   }
+}
+
+/** What tells which robots there are, on the landscape that is seen. */
+function queryOf({ design, compare }) {
+  return { design, ...(compare && { compare }), ...seen.parameters };
 }
 
 async function recompute(parameters, isStep) {
@@ -165,8 +170,6 @@ function showRobots(recording, query) {
   map.show({ marks: { A: design, B: compare } });
   showEdited();
   find("end-compare").hidden = !compare;
-  find("save-replay").href = address("replay.html", query);
-  find("save-replay").download = `${nameOf(["replay", ...designs].join("-"))}.html`;
   panels.fillFacts(find("facts"), designs, atlas, values);
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
@@ -184,7 +187,7 @@ function which() {
 /** Show that robot where it can be drawn and named. */
 function showEdited() {
   const design = seen[which()] || seen.design;
-  editor.show(digitsOf(design));
+  showDrawing(digitsOf(design));
   find("find-text").value = design;
 }
 
@@ -277,11 +280,15 @@ const actions = {
   },
   "clear-path click": () => showPath(pathOf(DEFAULTS), true),
   "upto input": drawPath,
-  "save-csv click": () => save(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
+  "save-csv click": () => saveBlob(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = ["low", "unit", "high"].map((id) => find(id).textContent);
     const physics = panels.wordsOf(seen.parameters);
-    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+    saveBlob(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+  },
+  "save-replay click"() {
+    const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
+    save(address("replay.html", queryOf(seen)), `${nameOf(name)}.html`);
   },
   async "share click"() {
     find("message").textContent = await navigator.clipboard.writeText(location.href).then(
