@@ -12,7 +12,7 @@ from explore_page import applied, entered, facts, mouse, one, opened, shown
 from explore_serving import serving
 
 from softvox_gym import simulate
-from softvox_view.explore import landscapes
+from softvox_view.explore import landscapes, paths
 
 pytestmark = needs_chromium
 
@@ -197,7 +197,7 @@ def test_infinite_travel_is_crossed_out(driver, served):
     assert errors(driver) == []
 
 
-def never_done(physics, *, progress, **options):
+def never_done(what, *, progress, **options):
     """Simulate for ever, until nobody wants it any more."""
     while True:
         progress(1, 6561)
@@ -209,6 +209,7 @@ def test_a_server_that_ends_meanwhile_is_told_and_the_page_stays_as_it_was(
     driver, monkeypatch, kind
 ):
     monkeypatch.setattr(landscapes, "compute", never_done)
+    monkeypatch.setattr(paths, "search", never_done)
     place = "message" if kind == "landscape" else "path-text"
     with serving() as running:
         opened(driver, running, "design=4295")

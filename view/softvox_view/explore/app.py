@@ -41,9 +41,6 @@ POLL_SECONDS = 0.05
 #: Of a recording, and how many it has at least and at most, whatever the frequency.
 FRAMES_PER_CYCLE, FEWEST_FRAMES, MOST_FRAMES = 20, 100, 600
 
-#: Whose mean the map of noise shows.
-NOISE_LEVEL = 1.0
-
 HOSTS = ("127.0.0.1", "localhost")
 
 HEADERS = {
@@ -143,7 +140,7 @@ class Explorer:
         """Say what can be asked for, and all about the published landscape.
 
         cells has the design of every cell of the map, row by row from the bottom; noise is the mean
-        fitness under noise, by design.
+        fitness under noise of level 1, by design.
         """
         table = softvox_gym.landscape()
         row, column = np.divmod(np.arange(len(table)), SIDE)
@@ -151,14 +148,12 @@ class Explorer:
             "side": SIDE,
             "cells": design_at(row, column).tolist(),
             **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
-            "noise": listed(noisy_landscape(NOISE_LEVEL)["mean"]),
-            "noise_level": NOISE_LEVEL,
+            "noise": listed(noisy_landscape(1.0)["mean"]),
             **landscapes.values_of(table),
             "version": softvox_gym.__version__,
             "sliders": requests.SLIDERS,
             "actuations": ACTUATIONS,
             "searchers": paths.searchers(),
-            "most_budget": requests.MOST_BUDGET,
             "results": {name: list(runs) for name, runs in self._runs.items()},
         }
 

@@ -10,16 +10,9 @@ import * as panels from "./panels.js";
 import { designOf, digitsOf, drawRobot, editor } from "./robot.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
-const PATH = ["results", "searcher", "seed", "budget"]; // which searcher's path is shown
-const DEFAULTS = {
-  design: "6453",
-  compare: "",
-  map: "fitness",
-  results: "",
-  searcher: "",
-  seed: "1",
-  budget: "100",
-};
+const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_PATH };
+const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[name]]));
@@ -276,9 +269,9 @@ const actions = {
   "path submit": () => showPath(pathOf(Object.fromEntries(new FormData(find("path")))), true),
   "results change"({ target: { value } }) {
     offer(value);
-    find("seed").value = value ? "0" : DEFAULTS.seed;
+    find("seed").value = value ? "0" : NO_PATH.seed;
   },
-  "clear-path click": () => showPath(pathOf(DEFAULTS), true),
+  "clear-path click": () => showPath(NO_PATH, true),
   "upto input": drawPath,
   "save-csv click": () => saveBlob(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
@@ -309,7 +302,6 @@ addEventListener("hashchange", show);
 const options = Object.keys(atlas.results).map((name) => new Option(name, name));
 find("results").append(new Option("a live run", ""), ...options);
 find("results-row").hidden = !options.length;
-find("budget").max = atlas.most_budget;
 find("version").textContent = `softvox-gym ${atlas.version}.`;
 // On a narrow screen the robot itself comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;

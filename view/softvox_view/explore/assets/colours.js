@@ -15,7 +15,7 @@ export function heading(dx, dy) {
  * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
  */
 export function colouring(kind, atlas, values) {
-  const noise = `mean fitness under noise of level ${atlas.noise_level}, published physics`;
+  const noise = "mean fitness under noise of level 1, published physics";
   if (kind === "noise") return amounts(atlas.noise, noise);
   const made = {
     fitness: () => amounts(values.fitness, "fitness, voxel widths"),
