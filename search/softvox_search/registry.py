@@ -23,65 +23,44 @@ class Entry(NamedTuple):
     place : str
         "module:Class" within `softvox_search.searchers`, imported when it is made.
     about : str
-        One sentence.
+        One sentence, where it is not the first of the class's docstring.
     fixed : dict
         Options that the name stands for; they can't be given with it.
     """
 
     place: str
-    about: str
+    about: str = ""
     fixed: Mapping[str, Any] = {}
 
 
+_RANDOM = "random_search:RandomSearch"
+
 SEARCHERS: Mapping[str, Entry] = {
-    "exhaustive": Entry(
-        "exhaustive:Exhaustive", "Asks for every design once, by number, and then for nothing more."
-    ),
+    "exhaustive": Entry("exhaustive:Exhaustive"),
     "exhaustive_shuffled": Entry(
-        "random_search:RandomSearch",
+        _RANDOM,
         "Asks for every design once, in random order, as random does.",
         {"replacement": False},
     ),
     "random": Entry(
-        "random_search:RandomSearch",
+        _RANDOM,
         "Random search without replacement: draws uniformly of the designs not drawn yet.",
         {"replacement": False},
     ),
     "random_with_replacement": Entry(
-        "random_search:RandomSearch",
+        _RANDOM,
         "Random search with replacement: draws uniformly of all designs.",
         {"replacement": True},
     ),
-    "hill_climber": Entry(
-        "hill_climber:HillClimber",
-        "Climbs to better neighbours; where none is better, restarts from a random unknown design.",
-    ),
-    "ga": Entry(
-        "genetic:GeneticAlgorithm",
-        "Tournament selection, uniform crossover, mutation; the elite goes on unchanged.",
-    ),
-    "mu_plus_lambda": Entry(
-        "mu_plus_lambda:MuPlusLambda",
-        "Parents are drawn by lot; the fittest of parents and offspring together survive.",
-    ),
-    "afpo": Entry(
-        "afpo:Afpo",
-        "Young designs are spared the competition with old ones: the fit and the young survive.",
-    ),
-    "nsga2": Entry(
-        "nsga2:Nsga2",
-        "Fitness is maximised and the number of active voxels minimised, both at once.",
-    ),
-    "map_elites": Entry(
-        "map_elites:MapElites",
-        "Keeps the fittest design known for every (n_voxels, n_active, heading).",
-    ),
-    "tpe": Entry("tpe:Tpe", "Optuna's TPE sampler, over a categorical variable per site."),
-    "nevergrad": Entry(
-        "nevergrad_search:Nevergrad",
-        "One of Nevergrad's optimisers, over a choice of a digit per site.",
-    ),
-    "catcma": Entry("catcma:CatCma", "CatCMA with margin, restarted when it has converged."),
+    "hill_climber": Entry("hill_climber:HillClimber"),
+    "ga": Entry("genetic:GeneticAlgorithm"),
+    "mu_plus_lambda": Entry("mu_plus_lambda:MuPlusLambda"),
+    "afpo": Entry("afpo:Afpo"),
+    "nsga2": Entry("nsga2:Nsga2"),
+    "map_elites": Entry("map_elites:MapElites"),
+    "tpe": Entry("tpe:Tpe"),
+    "nevergrad": Entry("nevergrad_search:Nevergrad"),
+    "catcma": Entry("catcma:CatCma"),
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import gymnasium as gym
@@ -84,17 +85,10 @@ class SearchResult:
         What the searcher believes it to be worth, voxel widths; None where it can't say.
     noisy : Standing or None
         Of it by mean fitness under the noise, where that is known.
-    sequence : int or None
-        The first evaluation of it; None where there was none.
-    unique, evaluations, steps : int
-        What was used.
-    budget : Budget
-        What might have been.
     ended_by : str
-        What ended it: "unique", "evaluations" or another part of the budget, or the "searcher"
-        itself.
-    columns : dict of ndarray
-        The log.
+        "unique" or another part of the budget, or the "searcher" itself.
+    oracle : Oracle
+        What was used, of what budget, and the log.
     """
 
     design: Design
@@ -103,13 +97,19 @@ class SearchResult:
     level: float | None
     believed: float | None
     noisy: Standing | None
-    sequence: int | None
-    unique: int
-    evaluations: int
-    steps: int
-    budget: Budget
     ended_by: str
-    columns: Columns
+    oracle: Oracle
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The log."""
+        return self.oracle.log.columns()
+
+    @property
+    def sequence(self) -> int | None:
+        """The first evaluation of the design; None where there was none."""
+        at = self.columns["sequence"][self.columns["design"] == identity(self.design)]
+        return int(at[0]) if len(at) else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON, without the log."""
@@ -123,9 +123,9 @@ class SearchResult:
             "believed": self.believed,
             "under_noise": self.noisy.to_dict() if self.noisy else None,
             "found_at": self.sequence,
-            "unique": self.unique,
-            "evaluations": self.evaluations,
-            "steps": self.steps,
+            "unique": self.oracle.unique,
+            "evaluations": self.oracle.evaluations,
+            "steps": self.oracle.steps,
             "ended_by": self.ended_by,
         }
 
@@ -197,23 +197,17 @@ def search(
         raise RaisedError(searcher, error) from error
     finally:
         oracle.close()
-    columns = oracle.log.columns()
-    at = columns["sequence"][columns["design"] == identity(design)]
+    ended_by = oracle.ended_by or "searcher"
     fitness, truth = _truth(design, physics)
     return SearchResult(
         design=design,
         fitness=fitness,
         truth=truth,
         level=level,
-        believed=believed(made, design, columns),
+        believed=believed(made, design, oracle.log.columns()),
         noisy=None if level is None or truth is None else _under_noise(design, physics, level),
-        sequence=int(at[0]) if len(at) else None,
-        unique=oracle.unique,
-        evaluations=oracle.evaluations,
-        steps=oracle.steps,
-        budget=budget,
-        ended_by=oracle.ended_by or "searcher",
-        columns=columns,
+        ended_by=ended_by,
+        oracle=oracle,
     )
 
 

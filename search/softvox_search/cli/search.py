@@ -264,9 +264,8 @@ def as_text(result: SearchResult, picture: Path | None) -> str:
             f"under noise   not known {at}; known at {KNOWN} of the physics published, on 2x2x2"
         )
     when = "never evaluated" if result.sequence is None else f"at evaluation {result.sequence}"
-    lines.append(
-        f"found         {when} of {result.evaluations} ({result.unique} counted as unique)"
-    )
+    used = f"{result.oracle.evaluations} ({result.oracle.unique} counted as unique)"
+    lines.append(f"found         {when} of {used}")
     if reason := _ended(result):
         lines.append(f"ended         {reason}")
     if picture:
@@ -276,14 +275,11 @@ def as_text(result: SearchResult, picture: Path | None) -> str:
 
 def _ended(result: SearchResult) -> str | None:
     """Return why a search ended before its budget of designs, or None."""
-    wanted = result.budget.unique
+    unique = f"{result.oracle.unique} of {result.oracle.budget.unique}"
     if result.ended_by == "searcher":
-        return f"by the searcher, which proposed no more: {result.unique} of {wanted}"
+        return f"by the searcher, which proposed no more: {unique}"
     if result.ended_by == "evaluations" and result.level is None:
-        return (
-            f"by {result.evaluations} evaluations: only {result.unique} of {wanted} designs were "
-            "new"
-        )
+        return f"by {result.oracle.evaluations} evaluations: only {unique} designs were new"
     return None
 
 
