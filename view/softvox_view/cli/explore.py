@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import re
 import signal
 import socket
 import threading
 import webbrowser
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from typing import Any
 
 from softvox_gym.cli.parser import add_threads
@@ -38,7 +36,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--port",
-        type=_port,
+        type=int,
         default=PORT,
         metavar="N",
         help="to serve at; 0 for any that is free (default: %(default)s)",
@@ -57,12 +55,6 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(run=run, parser=parser)
 
 
-def _port(text: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,5}", text) or int(text) > 65535:
-        raise ArgumentTypeError(f"must be a whole number from 0 to 65535, got {text!r}")
-    return int(text)
-
-
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
     try:
@@ -72,10 +64,9 @@ def run(args: Namespace) -> int:
     explorer = Explorer(threads=args.threads, results=read_results(args.results))
     try:
         listener = socket.create_server(("127.0.0.1", args.port), backlog=128)
-    except OSError as error:
+    except (OSError, OverflowError) as error:
         raise BadInputError(
-            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose "
-            "another, or --port 0 for any that is free"
+            f"--port {args.port}: {error}; choose another, or 0 for any that is free"
         ) from error
     state = args.state.rpartition("#")[2]
     address = f"http://127.0.0.1:{listener.getsockname()[1]}/" + (f"#{state}" if state else "")

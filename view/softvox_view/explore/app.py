@@ -8,6 +8,7 @@ import threading
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import uvicorn
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
@@ -15,34 +16,27 @@ from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import (
-    HTMLResponse,
-    JSONResponse,
-    PlainTextResponse,
-    Response,
-    StreamingResponse,
-)
+from starlette.responses import HTMLResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 import softvox_gym
-from softvox_gym import Result, simulate
+from softvox_gym import Result, noisy_landscape, simulate
 from softvox_gym.engine import Progress
 from softvox_gym.physics import ACTUATIONS, ParameterError
 from softvox_gym.rendering import png
 from softvox_view import replay
 from softvox_view.explore import landscapes, paths, requests
+from softvox_view.explore.landscapes import listed
 from softvox_view.explore.requests import PHYSICS
+from softvox_view.tessellation import SIDE, design_at
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
 
 #: s between looks at how far a computation is.
 POLL_SECONDS = 0.05
-
-#: s that answers under way get to end by themselves when the server is stopped.
-GRACE_SECONDS = 1
 
 #: Of a recording, and how many it has at least and at most, whatever the frequency.
 FRAMES_PER_CYCLE, FEWEST_FRAMES, MOST_FRAMES = 20, 100, 600
@@ -61,6 +55,7 @@ HEADERS = {
 
 Query = Mapping[str, str]
 Answer = dict[str, Any]
+Work = Callable[[Query, Progress], Answer]
 
 
 class UnwantedError(Exception):
@@ -71,7 +66,7 @@ class Guard:
     """Middleware that refuses other sites, and adds headers that browsers heed.
 
     Binding to loopback keeps other machines out, but a page anywhere can send requests to
-    127.0.0.1. To follow a link to the page, as shared states are, is no attack.
+    127.0.0.1. To follow a link to the page itself, as shared states are, is no attack.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -87,11 +82,9 @@ class Guard:
 
         headers = Headers(scope=scope)
         own = f"http://{headers.get('host')}"
-        kind = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest"))
-        is_visit = scope["path"] == "/" and kind == ("navigate", "document")
         is_own = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
         answer = self._app
-        if headers.get("origin", own) != own or not (is_own or is_visit):
+        if headers.get("origin", own) != own or (scope["path"].startswith("/api") and not is_own):
             answer = PlainTextResponse("another site may not use this server", status_code=403)
         await answer(scope, receive, with_headers)
 
@@ -114,12 +107,8 @@ class Explorer:
         self._threads = threads
         self._results = results or {}
         self._runs = {name: paths.runs_of(found) for name, found in self._results.items()}
-        self._works: dict[str, Callable[[Query, Progress], Answer]] = {
-            "start": self.start,
-            "recording": self.recording,
-            "landscape": self.landscape,
-            "path": self.path,
-        }
+        works = (self.start, self.recording, self.landscape, self.path)
+        self._works: dict[str, Work] = {work.__name__: work for work in works}
         self.app = Starlette(
             routes=[
                 Route("/api/replay.html", self.replay),
@@ -136,28 +125,35 @@ class Explorer:
         )
 
     def server(self) -> uvicorn.Server:
-        """Return what serves the app on a socket until a signal stops it."""
-        config = uvicorn.Config(
-            self.app,
-            http="h11",
-            ws="none",
-            loop="asyncio",
-            lifespan="off",
-            log_level="critical",
-            server_header=False,
-            timeout_graceful_shutdown=GRACE_SECONDS,
+        """Return what serves the app until a signal; answers under way then get a second to end."""
+        return uvicorn.Server(
+            uvicorn.Config(
+                self.app,
+                ws="none",
+                lifespan="off",
+                log_level="critical",
+                timeout_graceful_shutdown=1,
+            )
         )
-        return uvicorn.Server(config)
 
     def start(self, query: Query, progress: Progress) -> Answer:
-        """Say what can be asked for, and all about the published landscape."""
+        """Say what can be asked for, and all about the published landscape.
+
+        cells has the design of every cell of the map, row by row from the bottom; noise is the mean
+        fitness under noise of level 1, by design.
+        """
+        table = softvox_gym.landscape()
+        row, column = np.divmod(np.arange(len(table)), SIDE)
         return {
-            **landscapes.atlas(),
+            "side": SIDE,
+            "cells": design_at(row, column).tolist(),
+            **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
+            "noise": listed(noisy_landscape(1.0)["mean"]),
+            **landscapes.values_of(table),
             "version": softvox_gym.__version__,
             "sliders": requests.SLIDERS,
             "actuations": ACTUATIONS,
             "searchers": paths.searchers(),
-            "most_budget": requests.MOST_BUDGET,
             "results": {name: list(runs) for name, runs in self._runs.items()},
         }
 
@@ -198,13 +194,10 @@ class Explorer:
         work = self._works.get(request.path_params["name"])
         if work is None:
             raise HTTPException(404)
-        return StreamingResponse(
-            self._events(work, request.query_params), media_type="text/event-stream"
-        )
+        events = self._events(work, request.query_params)
+        return StreamingResponse(events, media_type="text/event-stream")
 
-    async def _events(
-        self, work: Callable[[Query, Progress], Answer], query: Query
-    ) -> AsyncIterator[str]:
+    async def _events(self, work: Work, query: Query) -> AsyncIterator[str]:
         """Do some work in a thread, and yield how it goes as events in JSON.
 
         These have the key progress, [done, total], time and again; the last has answer, what the
@@ -251,5 +244,5 @@ def _simulated(query: Query) -> Result:
     return simulate(designs, physics, frames=stride, threads=1)
 
 
-async def _refused(_: Request, error: Any) -> Response:
-    return JSONResponse({"error": str(error), "parameter": error.parameter}, status_code=422)
+async def _refused(_: Request, error: Exception) -> Response:
+    return PlainTextResponse(str(error), status_code=422)

@@ -16,9 +16,6 @@ from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.noise import tilted
 from softvox_gym.physics import SPECS, Bounds, ParameterError, ParameterSpec
 
-#: The physics that all changes start from.
-PRESET = "published"
-
 #: Evaluations that a path may have: more would hide the map.
 MOST_BUDGET = 2000
 
@@ -85,19 +82,7 @@ def _value(name: str, text: str) -> Any:
 def read(
     given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Read the parameters of a request.
-
-    Parameters
-    ----------
-    given : mapping
-        Texts by name.
-    needed, also : iterable of str
-        The names that there must be, and those that there may be besides.
-
-    Returns
-    -------
-    dict
-        Values by name, of those that are given.
+    """Return the values of a request by name: those needed, and those that there may be besides.
 
     Raises
     ------
@@ -128,7 +113,7 @@ def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
     """
     own = {name: value for name, value in changes.items() if name not in ("tilt", "downhill")}
     if tilt := changes.get("tilt", 0.0) * pi / 180:
-        down = own.get("gravity", Physics.preset(PRESET).gravity)
+        down = own.get("gravity", Physics.published().gravity)
         towards = changes.get("downhill", 0.0) * pi / 180
         own["gravity"] = tilted(
             np.array([[0.0, 0.0, down]]),
@@ -137,5 +122,5 @@ def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
         )[0]
     with _warnings, warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        physics = Physics.of({"preset": PRESET, **own})
+        physics = Physics.of({"preset": "published", **own})
     return physics, [str(warning.message) for warning in heard]

@@ -5,21 +5,14 @@ import { SoftvoxPlayer } from "/player/player.js";
 import { colouring, drawScale, pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
 import { landscapeMap } from "./map.js";
-import { address, ask, cancel, element, find, Refused, save } from "./page.js";
+import { address, ask, cancel, element, find, Refused, save, saveBlob } from "./page.js";
 import * as panels from "./panels.js";
-import { designOf, digitsOf, drawRobot, Editor } from "./robot.js";
+import { designOf, digitsOf, drawRobot, editor } from "./robot.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
-const PATH = ["results", "searcher", "seed", "budget"]; // which searcher's path is shown
-const DEFAULTS = {
-  design: "6453",
-  compare: "",
-  map: "fitness",
-  results: "",
-  searcher: "",
-  seed: "1",
-  budget: "100",
-};
+const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_PATH };
+const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[name]]));
@@ -34,7 +27,7 @@ let values = atlas; // the landscape now: {dx, dy, fitness}, by design
 let path = null; // of a searcher, with the fields that asked for it
 let player = null;
 const controls = new Controls(find("sliders"), atlas, (parameters) => want({ parameters }));
-const editor = new Editor(find("editor"), choose);
+const showDrawing = editor(find("editor"), choose);
 const map = landscapeMap(find("map"), atlas, choose, (design) => {
   drawRobot(find("hover-robot"), digitsOf(design));
   find("hover-text").textContent = panels.inShort(design, atlas, values);
@@ -107,7 +100,7 @@ async function want(changes, isStep = true) {
   wanted = { ...wanted, ...changes };
   if (changes.parameters) await recompute(changes.parameters, isStep);
   const { design, compare } = wanted;
-  const query = { design, ...(compare && { compare }), ...seen.parameters };
+  const query = queryOf(wanted);
   try {
     const recording = await ask("recording", query);
     record({ design, compare }, isStep);
@@ -116,6 +109,11 @@ async function want(changes, isStep = true) {
     wanted = { ...seen, parameters: wanted.parameters };
     complain(error);
   }
+}
+
+/** What tells which robots there are, on the landscape that is seen. */
+function queryOf({ design, compare }) {
+  return { design, ...(compare && { compare }), ...seen.parameters };
 }
 
 async function recompute(parameters, isStep) {
@@ -165,8 +163,6 @@ function showRobots(recording, query) {
   map.show({ marks: { A: design, B: compare } });
   showEdited();
   find("end-compare").hidden = !compare;
-  find("save-replay").href = address("replay.html", query);
-  find("save-replay").download = `${nameOf(["replay", ...designs].join("-"))}.html`;
   panels.fillFacts(find("facts"), designs, atlas, values);
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
@@ -184,7 +180,7 @@ function which() {
 /** Show that robot where it can be drawn and named. */
 function showEdited() {
   const design = seen[which()] || seen.design;
-  editor.show(digitsOf(design));
+  showDrawing(digitsOf(design));
   find("find-text").value = design;
 }
 
@@ -273,15 +269,19 @@ const actions = {
   "path submit": () => showPath(pathOf(Object.fromEntries(new FormData(find("path")))), true),
   "results change"({ target: { value } }) {
     offer(value);
-    find("seed").value = value ? "0" : DEFAULTS.seed;
+    find("seed").value = value ? "0" : NO_PATH.seed;
   },
-  "clear-path click": () => showPath(pathOf(DEFAULTS), true),
+  "clear-path click": () => showPath(NO_PATH, true),
   "upto input": drawPath,
-  "save-csv click": () => save(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
+  "save-csv click": () => saveBlob(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = ["low", "unit", "high"].map((id) => find(id).textContent);
     const physics = panels.wordsOf(seen.parameters);
-    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+    saveBlob(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+  },
+  "save-replay click"() {
+    const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
+    save(address("replay.html", queryOf(seen)), `${nameOf(name)}.html`);
   },
   async "share click"() {
     find("message").textContent = await navigator.clipboard.writeText(location.href).then(
@@ -302,7 +302,6 @@ addEventListener("hashchange", show);
 const options = Object.keys(atlas.results).map((name) => new Option(name, name));
 find("results").append(new Option("a live run", ""), ...options);
 find("results-row").hidden = !options.length;
-find("budget").max = atlas.most_budget;
 find("version").textContent = `softvox-gym ${atlas.version}.`;
 // On a narrow screen the robot itself comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;

@@ -15,7 +15,7 @@ export function heading(dx, dy) {
  * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
  */
 export function colouring(kind, atlas, values) {
-  const noise = `mean fitness under noise of level ${atlas.noise_level}, published physics`;
+  const noise = "mean fitness under noise of level 1, published physics";
   if (kind === "noise") return amounts(atlas.noise, noise);
   const made = {
     fitness: () => amounts(values.fitness, "fitness, voxel widths"),
@@ -28,44 +28,32 @@ export function colouring(kind, atlas, values) {
 
 function amounts(shown, unit) {
   const high = Math.max(1e-9, ...shown);
-  return {
-    colour: (i) => (shown[i] === null ? null : sample(cividis, shown[i] / high)),
-    scale: (share) => sample(cividis, share),
-    grid: LIGHT,
-    low: "0",
-    high: high.toFixed(2),
-    unit,
-  };
+  const scale = (share) => sample(cividis, share);
+  const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
+  return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
 }
 
 function headings({ dx, dy, fitness }) {
   // As in the figure of headings: dark towards −x, light towards +x.
   const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
-  return {
-    colour: (i) => {
-      if (fitness[i] === null) return null;
-      if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
-      return scale((heading(dx[i], dy[i]) + 180) / 360);
-    },
-    scale,
-    grid: DARK,
-    low: "−180°",
-    high: "180°",
-    unit: "heading, 0° is +x; white: hardly travels",
+  const colour = (i) => {
+    if (fitness[i] === null) return null;
+    if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
+    return scale((heading(dx[i], dy[i]) + 180) / 360);
   };
+  const unit = "heading, 0° is +x; white: hardly travels";
+  return { colour, scale, grid: DARK, low: "−180°", high: "180°", unit };
 }
 
 function differences(now, before) {
   const most = Math.max(...now.map((value, i) => (value === null ? 0 : Math.abs(value - before[i]))));
+  const scale = (share) => sample(puOr, share);
   const share = (i) => 0.5 + (now[i] - before[i]) / (2 * (most || 1));
-  return {
-    colour: (i) => (now[i] === null ? null : sample(puOr, share(i))),
-    scale: (at) => sample(puOr, at),
-    grid: DARK,
-    low: most ? `−${most.toFixed(2)}` : "",
-    high: most ? `+${most.toFixed(2)}` : "",
-    unit: most ? "fitness now less published, voxel widths" : "no difference: the physics is as published",
-  };
+  const colour = (i) => (now[i] === null ? null : scale(share(i)));
+  const [low, high, unit] = most
+    ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now less published, voxel widths"]
+    : ["", "", "no difference: the physics is as published"];
+  return { colour, scale, grid: DARK, low, high, unit };
 }
 
 /** Draw a scale into its canvas. */

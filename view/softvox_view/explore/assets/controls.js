@@ -27,21 +27,17 @@ export class Controls {
       this.#fill(row, values[name] ?? row.standard);
       if (row.range) row.range.value = row.field.value;
     }
-    this.#complain();
+    this.complain();
   }
 
-  /** Say under a parameter what is wrong with it; return whether there is such a parameter. */
-  complain(name, message) {
-    const row = Object.hasOwn(this.#rows, name) && this.#rows[name];
-    if (row) this.#complain(row, message);
-    return Boolean(row);
-  }
-
-  #complain(wrong, message) {
-    for (const row of Object.values(this.#rows)) {
-      row.error.textContent = row === wrong ? message : "";
-      row.field.setAttribute("aria-invalid", row === wrong);
+  /** Say under a parameter what is wrong, and of no other; return whether there is such a parameter. */
+  complain(name, message = "") {
+    if (name && !Object.hasOwn(this.#rows, name)) return false;
+    for (const [own, { field, error }] of Object.entries(this.#rows)) {
+      error.textContent = own === name ? message : "";
+      field.setAttribute("aria-invalid", own === name);
     }
+    return Boolean(name);
   }
 
   #add(name, text, field, standard, range) {
@@ -71,7 +67,7 @@ export class Controls {
 
   /** Tell what differs from the published physics. */
   #changed() {
-    this.#complain();
+    this.complain();
     const changed = Object.entries(this.#rows).filter(([, { field, standard }]) => field.value !== standard);
     this.#onChange(Object.fromEntries(changed.map(([name, { field }]) => [name, field.value])));
   }

@@ -57,9 +57,13 @@ export function cancel(name) {
   sources[name]?.close();
 }
 
-/** Let the browser save a file. */
-export function save(blob, name) {
-  const link = element("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+/** Let the browser save what is at an address. */
+export function save(href, name) {
+  element("a", { href, download: name }).click();
+}
+
+export function saveBlob(blob, name) {
+  const href = URL.createObjectURL(blob);
+  save(href, name);
+  setTimeout(() => URL.revokeObjectURL(href), 10_000);
 }

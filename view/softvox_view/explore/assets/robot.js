@@ -52,41 +52,34 @@ function cube(i, digit) {
   });
 }
 
-/** The 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to active. */
-export class Editor {
-  #digits = "00000000";
-  #buttons = [];
-
-  /** Fill an element; calls onChange(digits). */
-  constructor(parent, onChange) {
-    for (const z of [1, 0]) {
-      const legend = element("legend", { text: z ? "upper layer" : "lower layer" });
-      const buttons = [2, 3, 0, 1].map((place) => this.#button(place + 4 * z, onChange));
-      parent.append(element("fieldset", {}, legend, ...buttons));
-    }
-    const text = "Click a voxel: absent, passive, active. x to the right, y upward.";
-    parent.append(element("p", { class: "quiet-text", text }));
-  }
-
-  #button(i, onChange) {
-    const button = element("button", { type: "button", "data-site": i });
-    button.addEventListener("click", () => {
-      this.show([...this.#digits].map((digit, k) => (k === i ? (Number(digit) + 1) % 3 : digit)));
-      onChange(this.#digits);
-    });
-    this.#buttons[i] = button;
-    return button;
-  }
-
-  /** Show a design. */
-  show(digits) {
-    this.#digits = [...digits].join("");
-    this.#buttons.forEach((button, i) => {
+/**
+ * Fill an element with the 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to
+ * active, and calls onChange(digits). Returns what shows digits in it.
+ */
+export function editor(parent, onChange) {
+  let shown = "00000000";
+  const buttons = SITES.map((_, i) => element("button", { type: "button", "data-site": i }));
+  const show = (digits) => {
+    shown = digits;
+    buttons.forEach((button, i) => {
       const [x, y, z] = SITES[i];
       const name = NAMES[digits[i]];
       button.className = `voxel ${name}`;
       button.textContent = ["·", "P", "A"][digits[i]];
       button.setAttribute("aria-label", `x ${x}, y ${y}, z ${z}: ${name}`);
     });
+  };
+  buttons.forEach((button, i) => {
+    button.addEventListener("click", () => {
+      show([...shown].map((digit, k) => (k === i ? (Number(digit) + 1) % 3 : digit)).join(""));
+      onChange(shown);
+    });
+  });
+  for (const [text, sites] of [["upper layer", [6, 7, 4, 5]], ["lower layer", [2, 3, 0, 1]]]) {
+    const layer = sites.map((i) => buttons[i]);
+    parent.append(element("fieldset", {}, element("legend", { text }), ...layer));
   }
+  const text = "Click a voxel: absent, passive, active. x to the right, y upward.";
+  parent.append(element("p", { class: "quiet-text", text }));
+  return show;
 }
