@@ -20,7 +20,7 @@ test: $(VENV)/installed
 	$(BIN)/python -m pytest
 
 # Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own.
-# Old libraries' own warnings are not ours.
+# Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
 LOWEST_TESTS ?= tests/test_bits.py tests/test_physics.py tests/test_simulate.py \
 	tests/test_evaluation.py tests/envs tests/landscapes tests/search/test_adapters.py \
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py
@@ -28,8 +28,8 @@ test-lowest:
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \
 		> $(VENV)-lowest/constraints.txt
-	$(VENV)-lowest/bin/python -m pip install --quiet --editable '.[test]' \
-		--constraint $(VENV)-lowest/constraints.txt
+	$(VENV)-lowest/bin/python -m pip install --quiet --constraint $(VENV)-lowest/constraints.txt \
+		--editable '.[search,adapters,view,explore,browser-test]' moviepy pytest setuptools
 	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS)
 
 verify: $(VENV)/installed

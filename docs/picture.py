@@ -2,15 +2,12 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 
-mpl.use("Agg")
-import matplotlib.pyplot as plt
-from softvox_gym.bench import Bench
-
-from softvox_gym import Design, Physics, landscape
+from softvox_gym import Design, Physics, landscape, simulate
 from softvox_gym.rendering import render
+from softvox_search.report.style import encoded, figure, style
+from softvox_view import replay
 
 COLUMNS, ROWS = 4, 2
 
@@ -28,20 +25,20 @@ def best_designs(count: int) -> list[Design]:
 
 def main() -> None:
     """Draw the picture."""
-    designs = best_designs(COLUMNS * ROWS)
-    rows = np.array([[int(digit) for digit in design.digits] for design in designs])
-    bench = Bench(Physics.published(), with_poses=True)
-    outcome, poses = bench.run(rows, lambda: ())
-    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(10, 4.4), layout="constrained")
-    for i, axis in enumerate(axes.flat):
-        pose = poses[i]
-        assert pose is not None
-        height = float(np.mean(pose.position[:, 2]))
-        centre = (*pose.position[:, :2].mean(axis=0), height)
-        axis.imshow(render(pose, width=640, height=480, look_at=centre, distance=6.5))
-        axis.set_title(f"{designs[i].digits}   {outcome.values[i, 0]:.2f}", family="monospace")
-        axis.set_axis_off()
-    figure.savefig(Path(__file__).with_name("picture.png"), dpi=100)
+    physics = Physics.published()
+    last = int(physics.duration / physics.time_step)
+    result = simulate(best_designs(COLUMNS * ROWS), physics, frames=last)
+    with style(changes={"figure.dpi": 100}):
+        made = figure(10, 4.4)
+        for i, axis in enumerate(made.subplots(ROWS, COLUMNS).flat):
+            pose = replay.pose(result, i, 1)
+            centre = pose.position.mean(axis=0).tolist()
+            axis.imshow(render(pose, width=640, height=480, look_at=centre, distance=6.5))
+            axis.set_title(
+                f"{result.design(i).digits}   {result.fitness[i]:.2f}", family="monospace"
+            )
+            axis.set_axis_off()
+        Path(__file__).with_name("picture.png").write_bytes(encoded(made))
 
 
 if __name__ == "__main__":

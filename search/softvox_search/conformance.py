@@ -22,8 +22,8 @@ from softvox_search.function import FunctionSearcher, is_function
 from softvox_search.global_random import global_states, set_global_states
 from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
 from softvox_search.protocol import Designs, Searcher
-from softvox_search.registry import METHODS
 from softvox_search.registry import make as make_by_name
+from softvox_search.registry import require_methods
 from softvox_search.run import name_of, naming, recommended, run
 
 MakeSearcher = Callable[[Lattice, np.random.Generator], Searcher]
@@ -74,7 +74,7 @@ def check(
         At the first rule that is broken, saying which. What the searcher itself raises passes, with
         a note.
     TypeError, ValueError
-        Where make is none of these, or evaluations are too few.
+        Where make is none of these, a method is missing, or evaluations are too few.
 
     Examples
     --------
@@ -184,9 +184,7 @@ class _Subject:
 
 def _has_the_methods(subject: _Subject) -> None:
     """Look for the three methods."""
-    searcher = subject.searcher()
-    for method in METHODS:
-        subject.require(callable(getattr(searcher, method, None)), f"has no method {method}")
+    require_methods(subject.name, subject.searcher())
 
 
 def _is_deterministic(subject: _Subject) -> None:
@@ -207,7 +205,7 @@ def _is_deterministic(subject: _Subject) -> None:
         made_twice = (
             "made twice with the same generator, {}; all its random numbers must come from it"
         )
-        subject.require_same(*courses, made_twice)
+        subject.require_same(courses[0], courses[1], made_twice)
     advised = subject.course(noisy, advised=True)
     subject.require_same(courses[0], advised, "was asked for its recommendation, and then {}")
 

@@ -7,10 +7,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from deap import base, tools
+from deap import algorithms, base, tools
 from numpy.typing import NDArray
 
 from softvox_gym import Lattice
+from softvox_gym.noise import not_negative
+from softvox_gym.simulation import check_count
 from softvox_search.global_random import GlobalRandom
 from softvox_search.protocol import Designs, Info, SearcherBase, keys_of
 
@@ -54,7 +56,7 @@ class Individual(list[int]):
 class Evolutionary(SearcherBase):
     """Hands out a generation in pieces as asked, and selects when the last piece is told.
 
-    A subclass registers what it needs of its `toolbox`, and says how a generation is bred of the
+    A subclass registers "select" in its `toolbox`, or says itself how a generation is bred of the
     population (`_breed`), and what survives of population and offspring (`_survivors`). What it
     draws within these comes from Python's global `random`, as DEAP's operators do it; the run's
     own state is in its place meanwhile.
@@ -69,29 +71,49 @@ class Evolutionary(SearcherBase):
         The run's own.
     population : int
         Individuals of the first generation.
-    mutation : float
-        Probability of each digit of a child to change; at least one always does.
+    crossover : float
+        Probability that a pair of children swaps digits: each site with probability 1/2.
+    mutation : float, optional
+        Probability of each digit of a child to change; at least one always does. One in so many as
+        there are sites where None.
+    least : int
+        The smallest population that makes sense.
 
     Attributes
     ----------
     population : list of Individual
         Evaluated; empty before the first selection.
     toolbox : deap.base.Toolbox
-        With clone, mate (uniform crossover) and mutate.
+        With clone, mate and mutate.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an option that is not what it must be.
     """
 
     fitness: type[base.Fitness] = Value
 
     def __init__(
-        self, space: Lattice, rng: np.random.Generator, *, population: int, mutation: float
+        self,
+        space: Lattice,
+        rng: np.random.Generator,
+        *,
+        population: int,
+        crossover: float,
+        mutation: float | None,
+        least: int = 1,
     ) -> None:
         super().__init__(space, rng)
+        check_count("population", population, least=least)
+        _check_share("crossover", crossover)
         self.population: list[Individual] = []
         self.toolbox: Any = base.Toolbox()
         self.toolbox.register("clone", Individual.clone)
         self.toolbox.register("mate", tools.cxUniform, indpb=0.5)
-        self.toolbox.register("mutate", mutate, indpb=mutation)
+        self.toolbox.register("mutate", mutate, indpb=mutation_rate(mutation, space))
         self._size = population
+        self._crossover = crossover
         self._offspring: list[Individual] = []
         self._n_told = 0
         self._random = GlobalRandom(rng)
@@ -159,11 +181,25 @@ class Evolutionary(SearcherBase):
 
     def _breed(self) -> list[Individual]:
         """Return the next generation, not evaluated yet."""
-        raise NotImplementedError(f"{type(self).__name__} must have a _breed()")
+        chosen = self.toolbox.select(self.population)
+        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
+        return children
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         """Return the next population, of this one and its offspring."""
         raise NotImplementedError(f"{type(self).__name__} must have a _survivors(...)")
+
+
+def mutation_rate(mutation: float | None, space: Lattice) -> float:
+    """Return the probability of a digit to change; one in so many as there are sites where None."""
+    rate = 1 / space.sites if mutation is None else mutation
+    _check_share("mutation", rate)
+    return rate
+
+
+def _check_share(name: str, value: float) -> None:
+    if not_negative(name, value) > 1:
+        raise ValueError(f"{name} must be from 0 to 1, got {value!r}")
 
 
 def mutate(individual: list[int], indpb: float) -> tuple[list[int]]:

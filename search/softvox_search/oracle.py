@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE, stack_of
-from softvox_gym.simulation import MOST, check_count
+from softvox_gym.noise import not_negative
+from softvox_gym.physics import MOST
+from softvox_gym.simulation import check_count
 from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
-from softvox_search.options import check_real
 from softvox_search.protocol import Designs, Info, SearcherError, keys_of
 
 #: Makes a vector environment of so many; whatever is wrapped around it reaches every searcher.
@@ -69,12 +71,9 @@ class Budget:
         for name, most in (("unique", MOST), ("evaluations", MOST), ("steps", 10**15)):
             if getattr(self, name) is not None:
                 check_count(f"budget {name}", getattr(self, name), least=1, most=most)
-        if self.cpu_seconds is not None:
-            check_real("budget cpu_seconds", self.cpu_seconds)
-            if not 0 < self.cpu_seconds < np.inf:
-                raise ValueError(
-                    f"budget cpu_seconds must be above 0 and finite, got {self.cpu_seconds!r}"
-                )
+        seconds = self.cpu_seconds
+        if seconds is not None and not_negative("budget cpu_seconds", seconds) == 0:
+            raise ValueError("budget cpu_seconds must be above 0, got 0")
         if self.evaluations is None and self.unique is not None:
             object.__setattr__(self, "evaluations", PATIENCE * self.unique)
         if self.evaluations is None and self.cpu_seconds is None:
@@ -163,8 +162,7 @@ class Oracle:
         self._rng = rng
         self._progress = progress
         self._started: float | None = None
-        self._places: dict[bytes, int] = {}  # of what is known in the cache
-        self._cache = np.zeros(256, dtype=_RECORD)
+        self._cache: dict[bytes, bytes] = {}  # records, by the designs' keys
         self.log = Log(self.space)
         self.unique = 0
         self.evaluations = 0
@@ -249,13 +247,11 @@ class Oracle:
 
     def _fresh(self, keys: list[bytes]) -> NDArray[np.bool_]:
         """Return which evaluations the cache can't answer: without noise, first occurrences."""
-        fresh = np.full(len(keys), self.noisy)
-        if not self.noisy:
-            first: dict[bytes, int] = {}
-            for i, key in enumerate(keys):
-                if key not in self._places:
-                    first.setdefault(key, i)
-            fresh[list(first.values())] = True
+        if self.noisy:
+            return np.ones(len(keys), dtype=np.bool_)
+        first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
+        fresh = np.zeros(len(keys), dtype=np.bool_)
+        fresh[[i for key, i in first.items() if key not in self._cache]] = True
         return fresh
 
     def _affordable(self, fresh: NDArray[np.bool_]) -> int:
@@ -284,17 +280,9 @@ class Oracle:
         if self.noisy:
             return self._simulated(rows, seeds)
         if fresh.any():
-            known = len(self._places)
-            added = self._simulated(rows[fresh], None)
-            if known + len(added) > len(self._cache):
-                larger = np.zeros(2 * (known + len(added)), dtype=_RECORD)
-                larger[:known] = self._cache[:known]
-                self._cache = larger
-            self._cache[known : known + len(added)] = added
-            for i in np.flatnonzero(fresh).tolist():
-                self._places[keys[i]] = len(self._places)
-        found: NDArray[np.void] = self._cache[[self._places[key] for key in keys]]
-        return found
+            added = self._simulated(rows[fresh], None).view(np.dtype((np.void, _RECORD.itemsize)))
+            self._cache.update(zip(compress(keys, fresh), added.tolist(), strict=True))
+        return np.frombuffer(b"".join([self._cache[key] for key in keys]), dtype=_RECORD)
 
     def _simulated(self, rows: Designs, seeds: NDArray[np.int64] | None) -> NDArray[np.void]:
         """Return what the environment says of a batch."""
@@ -310,7 +298,8 @@ class Oracle:
             records["value"][part] = rewards
             for name in ("displacement", "diverged", "steps"):
                 records[name][part] = infos[name]
-            records["standard_error"][part] = infos.get("standard_error", 0.0)
+            of_one = np.nan if self.noisy else 0.0
+            records["standard_error"][part] = infos.get("standard_error", of_one)
         return records
 
     def _env(self, n: int) -> VectorEnv[Any, Any, Any]:

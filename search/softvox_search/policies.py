@@ -13,7 +13,6 @@ from softvox_gym import Design, Lattice
 from softvox_gym.evaluation import standard_error
 from softvox_gym.simulation import check_count
 from softvox_search.function import FunctionSearcher
-from softvox_search.options import check_flag
 from softvox_search.oracle import Budget, checked
 from softvox_search.protocol import Designs, Info, Searcher, best_of, keys_of, rows_of
 
@@ -54,7 +53,8 @@ class Policy:
 
     def __post_init__(self) -> None:
         for name in _SWITCHES:
-            check_flag(name, getattr(self, name))
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name} must be True or False, got {getattr(self, name)!r}")
         for name in ("finalists", "resamples"):
             check_count(name, getattr(self, name), least=1)
 
@@ -62,29 +62,6 @@ class Policy:
     def is_on(self) -> bool:
         """Whether anything is switched on."""
         return any(getattr(self, name) for name in _SWITCHES)
-
-    def kept_back(self, evaluations: int | None) -> int:
-        """Return how many evaluations of a budget are kept for the final stage; 0 without one.
-
-        Raises
-        ------
-        ValueError
-            Where that would leave fewer than half of the budget for the search, or a final stage
-            is switched on and no budget is given.
-        """
-        if not self.final_stage:
-            return 0
-        if evaluations is None:
-            raise ValueError("evaluations must be given: the final stage takes the last of them")
-        stage = self.finalists * self.resamples
-        if 2 * stage > evaluations:
-            raise ValueError(
-                f"a final stage of {self.finalists} finalists x {self.resamples} resamples = "
-                f"{stage} evaluations leaves fewer than half of the budget of {evaluations} for "
-                f"the search; give at least {2 * stage} evaluations, or fewer finalists or "
-                "resamples"
-            )
-        return stage
 
 
 def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budget) -> Searcher:
@@ -161,8 +138,7 @@ class PolicySearcher:
         self._searcher = searcher
         self._policy = policy
         self._space = space
-        stage = policy.kept_back(evaluations)
-        self._left = None if evaluations is None or not stage else evaluations - stage
+        self._left = _left_to_search(policy, evaluations) if policy.final_stage else None
         self._told: dict[bytes, list[NDArray[np.float64]]] = {}  # value, dx, dy, dz of every draw
         self._batch = self._none = np.zeros((0, space.sites), dtype=np.int64)
         self._n_parents = 0
@@ -306,6 +282,20 @@ class PolicySearcher:
             "diverged": np.isnan(displacements[:, 0]),
             "standard_error": np.where(np.isnan(errors), info["standard_error"], errors),
         }
+
+
+def _left_to_search(policy: Policy, evaluations: int | None) -> int:
+    """Return how many evaluations of a budget the final stage leaves."""
+    if evaluations is None:
+        raise ValueError("evaluations must be given: the final stage takes the last of them")
+    stage = policy.finalists * policy.resamples
+    if 2 * stage > evaluations:
+        raise ValueError(
+            f"a final stage of {policy.finalists} finalists x {policy.resamples} resamples = "
+            f"{stage} evaluations leaves fewer than half of the budget of {evaluations} for the "
+            f"search; give at least {2 * stage} evaluations, or fewer finalists or resamples"
+        )
+    return evaluations - stage
 
 
 def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], float]:

@@ -83,8 +83,8 @@ class Searcher(Protocol):
 def keys_of(designs: Designs) -> list[bytes]:
     """Return a key for every design by which it can be looked up: its digits, as bytes."""
     rows = np.ascontiguousarray(designs, dtype=np.uint8)
-    keys: list[bytes] = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
-    return keys
+    keys: Any = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
+    return list(keys)
 
 
 def rows_of(keys: list[bytes], space: Lattice) -> Designs:
@@ -120,10 +120,6 @@ class SearcherBase:
         self.space = space
         self.rng = rng
         self.values: dict[bytes, float] = {}
-
-    def ask(self, n: int | None = None) -> Any:
-        """Propose designs to evaluate; see `Searcher`."""
-        raise NotImplementedError(f"{type(self).__name__} must have an ask(n)")
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
         """Remember the values."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from softvox_gym import Lattice
 from softvox_search.function import FunctionSearcher, is_function
-from softvox_search.protocol import Searcher, SearcherBase
+from softvox_search.protocol import Searcher
 
 
 class Entry(NamedTuple):
@@ -23,79 +23,45 @@ class Entry(NamedTuple):
     place : str
         "module:Class" within `softvox_search.searchers`, imported when it is made.
     about : str
-        One sentence.
+        One sentence, where it is not the first of the class's docstring.
     fixed : dict
         Options that the name stands for; they can't be given with it.
     """
 
     place: str
-    about: str
+    about: str = ""
     fixed: Mapping[str, Any] = {}
 
 
+_RANDOM = "random_search:RandomSearch"
+
 SEARCHERS: Mapping[str, Entry] = {
-    "exhaustive": Entry(
-        "exhaustive:Exhaustive", "Asks for every design once, by number, and then for nothing more."
-    ),
+    "exhaustive": Entry("exhaustive:Exhaustive"),
     "exhaustive_shuffled": Entry(
-        "random_search:RandomSearch",
-        "Asks for every design once, in random order: exhaustive search without the bias of an "
-        "order. The same as random.",
+        _RANDOM,
+        "Asks for every design once, in random order, as random does.",
         {"replacement": False},
     ),
     "random": Entry(
-        "random_search:RandomSearch",
-        "Asks for designs drawn uniformly of those not drawn yet: random search without "
-        "replacement.",
+        _RANDOM,
+        "Random search without replacement: draws uniformly of the designs not drawn yet.",
         {"replacement": False},
     ),
     "random_with_replacement": Entry(
-        "random_search:RandomSearch",
-        "Asks for designs drawn uniformly of all, known ones as well: random search with "
-        "replacement.",
+        _RANDOM,
+        "Random search with replacement: draws uniformly of all designs.",
         {"replacement": True},
     ),
-    "hill_climber": Entry(
-        "hill_climber:HillClimber",
-        "Climbs to better neighbours; where none is better, restarts from a random unknown design.",
-    ),
-    "ga": Entry(
-        "genetic:GeneticAlgorithm",
-        "Tournament selection, uniform crossover, mutation; the elite goes on unchanged.",
-    ),
-    "mu_plus_lambda": Entry(
-        "mu_plus_lambda:MuPlusLambda",
-        "Parents are drawn by lot; the fittest of parents and offspring together survive.",
-    ),
-    "afpo": Entry(
-        "afpo:Afpo",
-        "Young designs are spared the competition with old ones: the fit and the young survive.",
-    ),
-    "nsga2": Entry(
-        "nsga2:Nsga2",
-        "Fitness is maximised and the number of active voxels minimised, both at once.",
-    ),
-    "map_elites": Entry(
-        "map_elites:MapElites",
-        "Keeps the fittest design known for every (n_voxels, n_active, heading).",
-    ),
-    "tpe": Entry(
-        "tpe:Tpe",
-        "Optuna's TPE sampler with its default settings, over a categorical variable per site.",
-    ),
-    "nevergrad": Entry(
-        "nevergrad_search:Nevergrad",
-        "One of Nevergrad's optimisers, over a choice of a digit per site.",
-    ),
-    "catcma": Entry(
-        "catcma:CatCma",
-        "CatCMA with margin, over a categorical variable per site; restarted when it has "
-        "converged.",
-    ),
+    "hill_climber": Entry("hill_climber:HillClimber"),
+    "ga": Entry("genetic:GeneticAlgorithm"),
+    "mu_plus_lambda": Entry("mu_plus_lambda:MuPlusLambda"),
+    "afpo": Entry("afpo:Afpo"),
+    "nsga2": Entry("nsga2:Nsga2"),
+    "map_elites": Entry("map_elites:MapElites"),
+    "tpe": Entry("tpe:Tpe"),
+    "nevergrad": Entry("nevergrad_search:Nevergrad"),
+    "catcma": Entry("catcma:CatCma"),
 }
-
-#: Of `Searcher`.
-METHODS = ("ask", "tell", "recommend")
 
 
 def make(
@@ -126,7 +92,7 @@ def make(
     """
     kind, space = found(name), space or Lattice()
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
-        _require_methods(name, kind)
+        require_methods(name, kind)
     takes = options_of(name)
     for option in options:
         if takes is not None and option not in takes:
@@ -137,7 +103,7 @@ def make(
     if is_function(kind):
         return FunctionSearcher(kind, space, rng, **options)
     searcher: Searcher = kind(space, rng, **_fixed(name), **options)
-    _require_methods(name, searcher)
+    require_methods(name, searcher)
     return searcher
 
 
@@ -196,22 +162,20 @@ def _fixed(name: str) -> Mapping[str, Any]:
     return SEARCHERS[name].fixed if name in SEARCHERS else {}
 
 
-def _require_methods(name: str, searcher: Any) -> None:
-    """Refuse a class, or what was made of it, without the three methods."""
-    lacks = [method for method in METHODS if not _has(searcher, method)]
-    if lacks == ["ask"]:
-        raise TypeError(f"searcher {name} lacks ask; see softvox_search.Searcher")
+def require_methods(name: str, searcher: Any) -> None:
+    """Refuse a class, or what was made of it, without the methods of `Searcher`.
+
+    Raises
+    ------
+    TypeError
+    """
+    methods = ("ask", "tell", "recommend")
+    lacks = [method for method in methods if not callable(getattr(searcher, method, None))]
     if lacks:
         raise TypeError(
             f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.Searcher, or derive the "
-            "class from softvox_search.SearcherBase"
+            "class from softvox_search.SearcherBase, which lacks only ask"
         )
-
-
-def _has(searcher: Any, method: str) -> bool:
-    """Return whether there is a method; the base's `ask` is only a place for one."""
-    found = getattr(searcher, method, None)
-    return callable(found) and getattr(found, "__func__", found) is not SearcherBase.ask
 
 
 def _module(module: str, name: str) -> Any:

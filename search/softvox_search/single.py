@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import gymnasium as gym
@@ -15,7 +14,8 @@ from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, Physics, landscap
 from softvox_gym import evaluate as evaluate_designs
 from softvox_gym.rendering import png
 from softvox_gym.wrappers.vector import JakobiNoise
-from softvox_search.log import COLUMNS, NO_SEED, Columns, identity
+from softvox_search.global_random import library
+from softvox_search.log import NO_SEED, Columns, identity
 from softvox_search.oracle import Budget, Oracle, Progress
 from softvox_search.policies import Policy, with_policy
 from softvox_search.protocol import SearcherError
@@ -85,17 +85,10 @@ class SearchResult:
         What the searcher believes it to be worth, voxel widths; None where it can't say.
     noisy : Standing or None
         Of it by mean fitness under the noise, where that is known.
-    sequence : int or None
-        The first evaluation of it; None where there was none.
-    unique, evaluations, steps : int
-        What was used.
-    budget : Budget
-        What might have been.
     ended_by : str
-        What ended it: "unique", "evaluations" or another part of the budget, or the "searcher"
-        itself.
-    columns : dict of ndarray
-        The log.
+        "unique" or another part of the budget, or the "searcher" itself.
+    oracle : Oracle
+        What was used, of what budget, and the log.
     """
 
     design: Design
@@ -104,13 +97,19 @@ class SearchResult:
     level: float | None
     believed: float | None
     noisy: Standing | None
-    sequence: int | None
-    unique: int
-    evaluations: int
-    steps: int
-    budget: Budget
     ended_by: str
-    columns: Columns
+    oracle: Oracle
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The log."""
+        return self.oracle.log.columns()
+
+    @property
+    def sequence(self) -> int | None:
+        """The first evaluation of the design; None where there was none."""
+        at = self.columns["sequence"][self.columns["design"] == identity(self.design)]
+        return int(at[0]) if len(at) else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON, without the log."""
@@ -124,9 +123,9 @@ class SearchResult:
             "believed": self.believed,
             "under_noise": self.noisy.to_dict() if self.noisy else None,
             "found_at": self.sequence,
-            "unique": self.unique,
-            "evaluations": self.evaluations,
-            "steps": self.steps,
+            "unique": self.oracle.unique,
+            "evaluations": self.oracle.evaluations,
+            "steps": self.oracle.steps,
             "ended_by": self.ended_by,
         }
 
@@ -198,23 +197,17 @@ def search(
         raise RaisedError(searcher, error) from error
     finally:
         oracle.close()
-    columns = oracle.log.columns()
-    at = columns["sequence"][columns["design"] == identity(design)]
+    ended_by = oracle.ended_by or "searcher"
     fitness, truth = _truth(design, physics)
     return SearchResult(
         design=design,
         fitness=fitness,
         truth=truth,
         level=level,
-        believed=believed(made, design, columns),
+        believed=believed(made, design, oracle.log.columns()),
         noisy=None if level is None or truth is None else _under_noise(design, physics, level),
-        sequence=int(at[0]) if len(at) else None,
-        unique=oracle.unique,
-        evaluations=oracle.evaluations,
-        steps=oracle.steps,
-        budget=budget,
-        ended_by=oracle.ended_by or "searcher",
-        columns=columns,
+        ended_by=ended_by,
+        oracle=oracle,
     )
 
 
@@ -228,32 +221,13 @@ def environment(n: int, space: Lattice, physics: Any, level: float | None) -> An
 
 
 def table(columns: Columns, suffix: str) -> bytes:
-    """Return a log as a file, ".csv" or ".parquet"; without noise the seeds are left empty.
-
-    Raises
-    ------
-    SearchError
-        Where a library is missing.
-    """
-    if suffix == ".csv":
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        seeds = ["" if seed == NO_SEED else seed for seed in columns["noise_seed"].tolist()]
-        lists = {name: columns[name].tolist() for name in COLUMNS} | {"noise_seed": seeds}
-        writer.writerows(zip(*lists.values(), strict=True))
-        return text.getvalue().encode()
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ModuleNotFoundError as error:
-        raise SearchError(f"--out in Parquet needs {error.name}: pip install pyarrow") from error
-    seeds = columns["noise_seed"]
-    arrays = {name: columns[name] for name in COLUMNS}
-    arrays["noise_seed"] = pa.array(seeds, mask=seeds == NO_SEED)
-    content = io.BytesIO()
-    pq.write_table(pa.table(arrays), content)
-    return content.getvalue()
+    """Return a log as a file, ".csv" or ".parquet"; without noise the seeds are left empty."""
+    frame = library("pandas").DataFrame(columns)
+    frame["noise_seed"] = frame["noise_seed"].astype("Int64").mask(frame["noise_seed"] == NO_SEED)
+    content: bytes = (
+        frame.to_csv(index=False).encode() if suffix == ".csv" else frame.to_parquet(index=False)
+    )
+    return content
 
 
 def picture(design: Design, physics: Any = "published") -> bytes:

@@ -134,7 +134,7 @@ def isa_name(isa: str | None = None) -> str:
     ValueError
         Where this machine does not run it.
     """
-    name = os.environ.get(ISA_VARIABLE) or isa_names()[-1] if isa is None else isa
+    name = (os.environ.get(ISA_VARIABLE) or isa_names()[-1]) if isa is None else isa
     if str(name).lower() not in _ISAS:
         asked = f"{ISA_VARIABLE}={name}" if isa is None else f"isa={isa!r}"
         raise ValueError(

@@ -181,7 +181,7 @@ def test_changed_source_is_noted_and_a_changed_result_is_an_error(
     with pytest.raises(UsageError) as caught:
         run_here(experiment_of(tmp_path, text.replace("seeds = 2", "seeds = 5")), out)
     message = str(caught.value)
-    assert re.search(r"run [0-9a-f]{16} \(searcher \w+, physics published, .* seed \d\) in ", message)
+    assert re.search(r"run [0-9a-f]{16} \(searcher \w+, physics .* seed \d\) in ", message)
     assert "can't be repeated: now gives another result" in message
     assert "with --force" in message
     assert results(out) == before
@@ -310,8 +310,13 @@ def test_a_failed_run_is_named_the_others_go_on_and_the_next_start_tries_it_agai
     (tmp_path / "own.py").write_text(OWN)
     (tmp_path / "exp.toml").write_text(FAILING)
     command = ("compare", "exp.toml", "--no-report", "--out")
-    done = softvox(*command, "out", cwd=tmp_path)
+    done = softvox("compare", "exp.toml", "--out", "out", cwd=tmp_path)
     out = tmp_path / "out"
+    assert "failed, see out/failed.csv; the same command tries them again" in done.stdout
+    assert "manifest.json, report.md" in done.stdout
+    shutil.rmtree(out / "tables")
+    shutil.rmtree(out / "figures")
+    (out / "report.md").unlink()
     runs, failed = rows(out / "runs.csv"), rows(out / "failed.csv")
     identities = [row["run"] for row in runs if row["status"] == "failed"]
     assert done.returncode == 1
@@ -324,8 +329,8 @@ def test_a_failed_run_is_named_the_others_go_on_and_the_next_start_tries_it_agai
     lines, first = done.stderr.splitlines(), failed[0]
     assert len(lines) == min(len(identities), 5)
     assert lines[0] == (
-        f"softvox: failed: run {first['run'][:16]} (searcher {first['searcher']}, physics published, shape "
-        f"2x2x2, seed {first['seed']}): {first['error']}"
+        f"softvox: failed: run {first['run'][:16]} (searcher {first['searcher']}, physics "
+        f"published, shape 2x2x2, seed {first['seed']}): {first['error']}"
     )
     assert f"{15 - len(identities)} of 15 runs done" in done.stdout
     assert set(read(out).runs["status"]) == {"ok", "failed"}

@@ -38,7 +38,7 @@ class Counter(Evolutionary):
     """Asks for designs 0 ... 4, then 5 ... 9, and so on; the last generation competes again."""
 
     def __init__(self):
-        super().__init__(SPACE, np.random.default_rng(0), population=5, mutation=0.1)
+        super().__init__(SPACE, np.random.default_rng(0), population=5, crossover=0.5, mutation=0.1)
         self.selected = []
 
     def random(self, n):
@@ -404,13 +404,13 @@ def test_the_parents_of_map_elites_are_those_of_the_present_generation():
         ("ga", {"tournament": 0}, ValueError, "tournament must be at least 1"),
         ("ga", {"crossover": 1.5}, ValueError, "crossover must be from 0 to 1, got 1.5"),
         ("ga", {"mutation": "high"}, TypeError, "mutation must be a number, got 'high'"),
-        ("ga", {"mutation": np.nan}, ValueError, "mutation must be from 0 to 1"),
+        ("ga", {"mutation": np.nan}, ValueError, "mutation must be finite and at least 0"),
         ("mu_plus_lambda", {"offspring": 0}, ValueError, "offspring must be at least 1"),
         ("mu_plus_lambda", {"population": True}, TypeError, "population must be a whole number"),
         ("afpo", {"population": 0}, ValueError, "population must be at least 1"),
         ("nsga2", {"population": 50}, ValueError, "population must be a multiple of 4, got 50"),
         ("map_elites", {"population": 0}, ValueError, "population must be at least 1"),
-        ("map_elites", {"mutation": -0.1}, ValueError, "mutation must be from 0 to 1"),
+        ("map_elites", {"mutation": -0.1}, ValueError, "mutation must be finite and at least 0"),
     ],
 )
 def test_an_option_that_is_not_what_it_must_be_is_refused(name, options, error, message):

@@ -159,13 +159,3 @@ def test_a_class_may_leave_its_methods_to_another(rng):
 def test_a_class_that_is_no_searcher_is_told_what_it_lacks(rng):
     with pytest.raises(TypeError, match="lacks tell, recommend; see"):
         registry.make("own_searchers:Half", rng)
-
-
-@pytest.mark.parametrize("name", registry.SEARCHERS)
-def test_a_sentence_of_the_list_says_what_the_class_does(name):
-    entry = registry.SEARCHERS[name]
-    assert entry.about.endswith(".")
-    same = [other for other in registry.SEARCHERS.values() if other.place == entry.place]
-    if len(same) == 1:
-        said = " ".join((registry.found(name).__doc__ or "").split())
-        assert said.startswith(entry.about)

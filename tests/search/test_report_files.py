@@ -173,8 +173,8 @@ def test_a_searcher_that_ended_early_keeps_its_value_with_a_mark(tmp_path):
 
 
 def test_tables_in_markdown_keep_a_bar_in_a_label():
-    rows = [[text.escaped("a|b"), "1.0"], ["c", "12.0"]]
-    made = text.markdown(["searcher", "value"], rows)
+    labels = {text.escaped("a|b"): "1.0", "c": "12.0"}
+    made = text.markdown([{"searcher": name, "value": v} for name, v in labels.items()])
     assert made == (
         "| searcher | value |\n| -------- | ----: |\n| a\\|b     |   1.0 |\n| c        |  12.0 |\n"
     )

@@ -179,7 +179,6 @@ def test_the_urn_skips_what_is_known_and_what_it_drew():
     ("kind", "options", "error", "named"),
     [
         (Exhaustive, {"batch": 0}, ValueError, "batch"),
-        (RandomSearch, {"replacement": "no"}, TypeError, "replacement"),
         (RandomSearch, {"batch": 1.5}, TypeError, "batch"),
         (HillClimber, {"batch": 17}, ValueError, "batch"),
         (HillClimber, {"batch": True}, TypeError, "batch"),

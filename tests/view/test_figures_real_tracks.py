@@ -7,8 +7,7 @@ from softvox_gym import Design
 from softvox_view.comparison import compare
 from softvox_view.figures import Inputs, labels, make, style
 from softvox_view.figures.robots import best_of_bodies
-from softvox_view.figures.track_page import errors
-from softvox_view.figures.tracks import PER_CYCLE, PER_PAGE, designs_of, simulated_tracks
+from softvox_view.figures.tracks import PER_CYCLE, PER_PAGE, designs_of, errors, simulated_tracks
 from softvox_view.tracks_csv import RealTrack
 
 BEST = best_of_bodies()

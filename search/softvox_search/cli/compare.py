@@ -213,9 +213,9 @@ def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
     if outcome.repeated or outcome.unrepeatable:
         lines.append(again)
     if outcome.failed:
+        table = next(name for name in outcome.files if name.startswith("failed"))
         lines.append(
-            f"{len(outcome.failed)} failed, see {folder / outcome.files[-2]}; the same command "
-            "tries them again"
+            f"{len(outcome.failed)} failed, see {folder / table}; the same command tries them again"
         )
     if plan.part:
         lines.append("no report on a part; softvox merge puts parts together and makes it")

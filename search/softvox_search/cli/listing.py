@@ -6,7 +6,7 @@ import json
 from textwrap import wrap
 from typing import Any
 
-from softvox_search.registry import SEARCHERS, options_of
+from softvox_search.registry import SEARCHERS, found, options_of
 
 WIDTH = 80
 
@@ -14,16 +14,18 @@ WIDTH = 80
 def entries() -> list[dict[str, Any]]:
     """Return name, about, options with their defaults, and needs of every searcher.
 
-    Where a library is missing that its module imports, `needs` is its name and options are None.
+    Where a library is missing that its module imports, `needs` is its name, and nothing else is
+    known of it.
     """
     listed = []
     for name, entry in SEARCHERS.items():
-        options, needs = None, None
+        about, options, needs = entry.about, None, None
         try:
             options = options_of(name)
+            about = about or (found(name).__doc__ or "").partition("\n")[0]
         except ImportError as error:
             needs = error.name
-        listed.append({"name": name, "about": entry.about, "options": options, "needs": needs})
+        listed.append({"name": name, "about": about, "options": options, "needs": needs})
     return listed
 
 

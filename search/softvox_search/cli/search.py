@@ -8,8 +8,6 @@ import sys
 import tomllib
 import traceback
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -138,11 +136,13 @@ def run(args: Namespace) -> int:
         listed = listing.entries()
         print(listing.as_json(listed) if args.json else listing.as_text(listed))
         return 0
+    from softvox_search import SearcherError, single
+
     look_in(Path.cwd())
-    with _one_line():
-        from softvox_search import single
     try:
         return _search(args)
+    except (single.SearchError, SearcherError, ImportError) as error:
+        raise BadInputError(str(error)) from error
     except single.RaisedError as error:
         if sys.stderr is not None:
             traceback.print_exception(error.__cause__)
@@ -155,15 +155,12 @@ def _search(args: Namespace) -> int:
 
     picture = None if args.no_picture else args.picture or _default_picture(args)
     _check_files(args, picture)
-    with _one_line():
-        with prints_aside():
-            options = _search_options(args)
-            with Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
-                result = single.search(args.searcher, **options, progress=progress)
-        table = single.table(result.columns, args.out.suffix) if args.out else b""
+    options = _search_options(args)
+    with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
+        result = single.search(args.searcher, **options, progress=progress)
     if args.out:
         with bad_input("--out"):
-            write_file(args.out, table, force=args.force)
+            write_file(args.out, single.table(result.columns, args.out.suffix), force=args.force)
     if picture:
         with bad_input("--picture"):
             image = single.picture(result.design, options["physics"])
@@ -178,10 +175,10 @@ def _search_options(args: Namespace) -> dict[str, Any]:
     from softvox_search.policies import Policy
 
     switches = ("running_mean", "reevaluate_parents", "final_stage")
-    used = next((switch for switch in switches if getattr(args, switch)), None)
-    if args.noise is None and used:
-        option = "--" + used.replace("_", "-")
-        raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
+    for switch in switches:
+        if args.noise is None and getattr(args, switch):
+            option = "--" + switch.replace("_", "-")
+            raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
     try:
@@ -197,20 +194,6 @@ def _search_options(args: Namespace) -> dict[str, Any]:
         "policy": Policy(**{switch: getattr(args, switch) for switch in switches}),
         "physics": physics_of(args).to_dict(),
     }
-
-
-@contextmanager
-def _one_line() -> Iterator[None]:
-    """Turn what a search says of bad input into `BadInputError`."""
-    try:
-        from softvox_search.protocol import SearcherError
-        from softvox_search.single import SearchError
-    except ModuleNotFoundError as error:
-        raise BadInputError(f"search needs {error.name}: pip install {error.name}") from error
-    try:
-        yield
-    except (SearchError, SearcherError) as error:
-        raise BadInputError(str(error)) from error
 
 
 def _options(pairs: list[str]) -> dict[str, Any]:
@@ -281,9 +264,8 @@ def as_text(result: SearchResult, picture: Path | None) -> str:
             f"under noise   not known {at}; known at {KNOWN} of the physics published, on 2x2x2"
         )
     when = "never evaluated" if result.sequence is None else f"at evaluation {result.sequence}"
-    lines.append(
-        f"found         {when} of {result.evaluations} ({result.unique} counted as unique)"
-    )
+    used = f"{result.oracle.evaluations} ({result.oracle.unique} counted as unique)"
+    lines.append(f"found         {when} of {used}")
     if reason := _ended(result):
         lines.append(f"ended         {reason}")
     if picture:
@@ -293,14 +275,11 @@ def as_text(result: SearchResult, picture: Path | None) -> str:
 
 def _ended(result: SearchResult) -> str | None:
     """Return why a search ended before its budget of designs, or None."""
-    wanted = result.budget.unique
+    unique = f"{result.oracle.unique} of {result.oracle.budget.unique}"
     if result.ended_by == "searcher":
-        return f"by the searcher, which proposed no more: {result.unique} of {wanted}"
+        return f"by the searcher, which proposed no more: {unique}"
     if result.ended_by == "evaluations" and result.level is None:
-        return (
-            f"by {result.evaluations} evaluations: only {result.unique} of {wanted} designs were "
-            "new"
-        )
+        return f"by {result.oracle.evaluations} evaluations: only {unique} designs were new"
     return None
 
 

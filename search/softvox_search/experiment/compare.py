@@ -178,7 +178,7 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
         for folder in folders:
             for run, summary in results.finished(folder, runs, say).items():
                 known = summaries.setdefault(run, summary)
-                if known["digest"] != summary["digest"]:
+                if known["digest"] != summary["digest"] and runs[run].is_repeatable:
                     raise UsageError(
                         f"run {run[:16]} ({runs[run]}) has another result in {folder} than in the "
                         "folders before; find out which is right, and leave the other out"
@@ -354,8 +354,8 @@ def _do(
             else:
                 outcome.failed.append((left[one.run], one))
             progress(count, len(left))
-    order = list(left)
-    outcome.failed.sort(key=lambda pair: order.index(pair[1].run))
+    order = {run: number for number, run in enumerate(left)}
+    outcome.failed.sort(key=lambda pair: order[pair[1].run])
     outcome.seconds = time.perf_counter() - started
 
 
@@ -394,16 +394,10 @@ def _sum_up(
 
 def _write_failed(path: Path, outcome: Outcome) -> None:
     path.unlink(missing_ok=True)
-    if outcome.failed:
+    rows = [(one.run, *run.names().values(), one.error, one.trace) for run, one in outcome.failed]
+    if rows:
         header = ("run", *outcome.failed[0][0].names(), "error", "trace")
-        results.write_csv(
-            path,
-            header,
-            [
-                (failure.run, *run.names().values(), failure.error, failure.trace)
-                for run, failure in outcome.failed
-            ],
-        )
+        results.write_csv(path, header, rows)
 
 
 def code_digest(experiment: Experiment) -> str:

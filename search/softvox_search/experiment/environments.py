@@ -133,8 +133,8 @@ def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
         known = [name for name in vector.__all__ if name != "is_noisy"]
         if name not in known:
             raise ValueError(
-                f"there is no wrapper {name!r}{meant(name, known)}; they are {', '.join(known)}, and "
-                "your own as package.module:Class"
+                f"there is no wrapper {name!r}{meant(name, known)}; they are {', '.join(known)}, "
+                "and your own as package.module:Class"
             )
         kind = getattr(vector, name)
     try:

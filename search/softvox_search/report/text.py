@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from softvox_search.report.curves import groups, records
@@ -70,25 +71,15 @@ def fenced(command: str) -> str:
     return f"{fence}sh\n{command}\n{fence}"
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table as Markdown, columns aligned, numbers to the right."""
-    body = [[str(value) for value in row] for row in rows]
-    widths = [max(3, *(len(row[i]) for row in [head, *body])) for i in range(len(head))]
-    is_text = [
-        i == 0 or not any(map(_is_numeric, column))
-        for i, column in enumerate(zip(*body, strict=True))
-    ]
-    rule = [
-        "-" * w if text else "-" * (w - 1) + ":" for w, text in zip(widths, is_text, strict=True)
-    ]
-    lines = [
-        " | ".join(
-            value.ljust(w) if text else value.rjust(w)
-            for value, w, text in zip(row, widths, is_text, strict=True)
-        )
-        for row in [head, rule, *body]
-    ]
-    return "".join(f"| {line} |\n" for line in lines)
+def markdown(rows: Sequence[Mapping[str, str]]) -> str:
+    """Return rows of a table by column as Markdown, columns aligned, numbers to the right."""
+    columns = [[name, *(row[name] for row in rows)] for name in rows[0]]
+    for i, column in enumerate(columns):
+        width = max(3, *map(len, column))
+        is_number = i > 0 and any(map(_is_numeric, column[1:]))
+        column.insert(1, "-" * (width - 1) + ":" if is_number else "-" * width)
+        columns[i] = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
+    return "".join(f"| {' | '.join(line)} |\n" for line in zip(*columns, strict=True))
 
 
 def _is_numeric(text: str) -> bool:
@@ -133,119 +124,105 @@ def probability(p: float) -> str:
 
 def overview(table: pd.DataFrame) -> str:
     """Return what every searcher used, of `tables.overview`."""
-    axes = _axes(table, "searcher")
-    used = ["unique evaluations", "evaluations", "steps"]
-    rows = (
+    columns = {"runs": "runs", "failed": "failed", "unique": "unique evaluations (median)"}
+    columns |= {name: f"{name} (median)" for name in ("evaluations", "steps")}
+    return markdown(
         [
-            *_labels(row, axes),
-            *(
-                number(row[name], 0)
-                for name in ("runs", "failed", "unique", "evaluations", "steps")
-            ),
+            {**_labels(row, table), **{text: number(row[n], 0) for n, text in columns.items()}}
+            for row in records(table)
         ]
-        for row in records(table)
     )
-    return markdown([*axes, "runs", "failed", *(f"{name} (median)" for name in used)], rows)
 
 
 def problems(table: pd.DataFrame) -> str:
     """Return what the best is worth on every problem, of `tables.problems`."""
-    axes = [name for name in _axes(table) if name != "policy"]
-    rows = (
+    which = {True: "the optimum", False: "the best that any run found"}
+    return markdown(
         [
-            *_labels(row, axes),
-            number(row["goal"], 4),
-            "the optimum" if row["known"] else "the best that any run found",
+            {
+                **_labels(row, table),
+                "best fitness": number(row["goal"], 4),
+                "which is": which[row["known"]],
+            }
+            for row in records(table[table["physics"] != ""])
         ]
-        for row in records(table[table["physics"] != ""])
     )
-    return markdown([*axes, "best fitness", "which is"], rows)
 
 
 def fixed_budget(table: pd.DataFrame) -> str:
     """Return the regret at fixed budgets, of `tables.fixed_budget` in one kind of terms."""
-    rows = [
-        [escaped(searcher), *map(_at_budget, records(own))]
-        for (searcher,), own in groups(table, "searcher")
-    ]
-    return markdown(["searcher", *dict.fromkeys(map(str, table["budget"]))], rows)
+    return markdown(
+        [
+            {"searcher": escaped(name), **{f"{row['budget']}": _held(row) for row in records(own)}}
+            for (name,), own in groups(table, "searcher")
+        ]
+    )
 
 
-def _at_budget(row: dict[str, Any]) -> str:
+def _held(row: dict[str, Any]) -> str:
     text = with_band(row["iqm"], row["low"], row["high"], PLACES)
     return f"{text} {HELD} {percent(row['reached'])}" if row["reached"] < 1 else text
 
 
 def fixed_target(table: pd.DataFrame) -> str:
     """Return expected running times and success, of `tables.fixed_target`."""
-    targets = dict.fromkeys(zip(table["terms"], table["target"], strict=True))
-    rows = [
-        [
-            escaped(searcher),
-            *(
-                f"{with_band(row['ert'], row['low'], row['high'], 0)} ({percent(row['success'])})"
-                for row in records(own)
-            ),
-        ]
-        for (searcher,), own in groups(table, "searcher")
-    ]
-    return markdown(["searcher", *(f"{terms} {percent(share)}" for terms, share in targets)], rows)
+    rows = []
+    for (name,), own in groups(table, "searcher"):
+        cells = {"searcher": escaped(name)}
+        for row in records(own):
+            time = with_band(row["ert"], row["low"], row["high"], 0)
+            column = f"{row['terms']} {percent(row['target'])}"
+            cells[column] = f"{time} ({percent(row['success'])})"
+        rows.append(cells)
+    return markdown(rows)
 
 
 def pairs(table: pd.DataFrame) -> str:
     """Return A12 of every pair as a square, bold if significant.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Of `tables.pairs`, at one budget and in one kind of terms.
+    The table is that of `tables.pairs`, at one budget and in one kind of terms.
     """
-    names = list(dict.fromkeys([*table["a"], *table["b"]]))
-    square = {(name, name): "" for name in names}
+    names = [escaped(name) for name in dict.fromkeys([*table["a"], *table["b"]])]
+    square = {a: {"": a, **dict.fromkeys(names, "")} for a in names}
     for row in records(table):
-        a, b = row["a"], row["b"]
+        a, b = escaped(row["a"]), escaped(row["b"])
         mark = "**" if row["p_holm"] < 0.05 else ""
-        square[a, b] = f"{mark}{row['a12']:.2f}{mark}"
-        square[b, a] = f"{mark}{1 - row['a12']:.2f}{mark}"
-    labels = [escaped(name) for name in names]
-    rows = ([label, *(square[a, b] for b in names)] for label, a in zip(labels, names, strict=True))
-    return markdown(["", *labels], rows)
+        square[a][b] = f"{mark}{row['a12']:.2f}{mark}"
+        square[b][a] = f"{mark}{1 - row['a12']:.2f}{mark}"
+    return markdown(list(square.values()))
 
 
 def noise(table: pd.DataFrame) -> str:
     """Return true regret and optimism, of `noise.by_searcher` or `noise.by_policy`."""
-    axes = _axes(table, *table.columns.intersection(["searcher"]))
-    head = [*axes, "runs", "true regret", "its mean", "optimism"]
-    tested = "true_regret_p" in table and bool(table["true_regret_p"].notna().any())
-    if tested:
-        head += ["A12 of regret", "p of regret (Holm)", "A12 of optimism", "p of optimism (Holm)"]
+    tested = "true_regret_p" in table and table["true_regret_p"].notna().any()
     rows = []
     for row in records(table):
-        known = row["known"]
+        known = f"{row['known']}"
+        if row["known"] < row["runs"]:
+            known += f" ({known} of {row['runs']} known)"
         regret, optimism = (
             with_band(row[name], row[f"{name}_low"], row[f"{name}_high"], PLACES)
             for name in ("true_regret", "optimism")
         )
-        cells = [
-            *_labels(row, axes),
-            f"{known}" if known == row["runs"] else f"{known} ({known} of {row['runs']} known)",
-            regret,
-            number(row["true_regret_mean"], PLACES),
-            optimism,
-        ]
-        for name in ("true_regret", "optimism") if tested else ():
-            cells += [number(row[f"{name}_a12"], 2), probability(row[f"{name}_p_holm"])]
+        cells = {
+            **_labels(row, table),
+            "runs": known,
+            "true regret": regret,
+            "its mean": number(row["true_regret_mean"], PLACES),
+            "optimism": optimism,
+        }
+        for name, text in (("true_regret", "regret"), ("optimism", "optimism")) if tested else ():
+            cells[f"A12 of {text}"] = number(row[f"{name}_a12"], 2)
+            cells[f"p of {text} (Holm)"] = probability(row[f"{name}_p_holm"])
         rows.append(cells)
-    return markdown(head, rows)
+    return markdown(rows)
 
 
-def _axes(table: pd.DataFrame, *more: str) -> list[str]:
-    """Return the columns that say which runs a row is about, without those that never differ."""
+def _labels(row: dict[str, Any], table: pd.DataFrame) -> dict[str, str]:
+    """Return what says which runs a row is about, without what never differs in a table."""
     several = [name for name in ("physics", "shape") if table[name].nunique() > 1]
-    several += ["level"] if table["level"].notna().any() else []
-    several += ["policy"] if (table["policy"] != "").any() else []
-    return [*several, *more]
-
-
-def _labels(row: dict[Any, Any], axes: Iterable[str]) -> list[str]:
-    return [f"{row[name]:g}" if name == "level" else escaped(row[name]) for name in axes]
+    several += [
+        name for name in ("policy", "searcher") if name in row and (table[name] != "").any()
+    ]
+    labels = {name: escaped(row[name]) for name in several}
+    return labels if np.isnan(row["level"]) else {"level": f"{row['level']:g}", **labels}

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from deap import algorithms, tools
+from deap import tools
 
 from softvox_gym import Lattice
-from softvox_gym.simulation import check_count
 from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
-from softvox_search.options import check_share
 
 
 class Afpo(Evolutionary):
@@ -28,11 +26,6 @@ class Afpo(Evolutionary):
         Survivors of every generation.
     mutation : float
         Probability of each digit of a child to change; at least one always does.
-
-    Raises
-    ------
-    TypeError, ValueError
-        For an option that is not what it must be.
 
     Notes
     -----
@@ -56,9 +49,8 @@ class Afpo(Evolutionary):
         population: int = 30,
         mutation: float = 1 / 4,
     ) -> None:
-        check_count("population", population, least=1)
-        check_share("mutation", mutation)
-        super().__init__(space, rng, population=population, mutation=mutation)
+        super().__init__(space, rng, population=population, crossover=0.0, mutation=mutation)
+        self.toolbox.register("select", list)  # all have a child
 
     def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
         return (value, individual.age)
@@ -67,8 +59,7 @@ class Afpo(Evolutionary):
         for survivor in self.population:
             survivor.age += 1
             survivor.fitness.values = (survivor.fitness.values[0], survivor.age)
-        children: list[Individual] = algorithms.varAnd(self.population, self.toolbox, 0.0, 1.0)
-        return children + self.random(1)
+        return super()._breed() + self.random(1)
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         survivors: list[Individual] = []

@@ -13,7 +13,7 @@ from softvox_search.protocol import Designs
 
 
 class CatCma(Adapter):
-    """CatCMA with margin, over a categorical variable per site; restarted when it has converged.
+    """CatCMA with margin, restarted when it has converged.
 
     Of the ``cmaes`` library's two variants this is the one that works without continuous variables.
     It has no stopping rule for categorical ones, so here a generation that holds nothing new counts

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from deap import algorithms, tools
+from deap import tools
 
 from softvox_gym import Lattice
 from softvox_gym.simulation import check_count
 from softvox_search.evolution import Evolutionary, Individual
-from softvox_search.options import check_share
 
 
 class GeneticAlgorithm(Evolutionary):
@@ -30,11 +29,6 @@ class GeneticAlgorithm(Evolutionary):
         Probability of each digit of a child to change; at least one always does. One in so many as
         there are sites where None.
 
-    Raises
-    ------
-    TypeError, ValueError
-        For an option that is not what it must be.
-
     Source
     ------
     J. H. Holland, *Adaptation in Natural and Artificial Systems*, 1975; uniform crossover:
@@ -52,19 +46,18 @@ class GeneticAlgorithm(Evolutionary):
         crossover: float = 0.8,
         mutation: float | None = None,
     ) -> None:
-        check_count("population", population, least=2)
+        super().__init__(
+            space, rng, population=population, crossover=crossover, mutation=mutation, least=2
+        )
         check_count("elite", elite, least=0)
         if elite >= population:
             raise ValueError(
                 f"elite must be smaller than the population, {population}; got {elite}"
             )
         check_count("tournament", tournament, least=1)
-        check_share("crossover", crossover)
-        mutation = 1 / space.sites if mutation is None else mutation
-        check_share("mutation", mutation)
-        super().__init__(space, rng, population=population, mutation=mutation)
-        self.toolbox.register("select", tools.selTournament, tournsize=tournament)
-        self._crossover = crossover
+        self.toolbox.register(
+            "select", tools.selTournament, k=population - elite, tournsize=tournament
+        )
         self._elite_size = elite
         self._elite: list[Individual] = []
 
@@ -73,9 +66,7 @@ class GeneticAlgorithm(Evolutionary):
 
     def _breed(self) -> list[Individual]:
         self._elite = tools.selBest(self.population, self._elite_size)
-        chosen = self.toolbox.select(self.population, self._size - self._elite_size)
-        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
-        return children
+        return super()._breed()
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         return self._elite + offspring

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from softvox_gym import Lattice
 from softvox_gym.design import ABSENT, ACTIVE
 from softvox_gym.simulation import check_count
-from softvox_search.evolution import mutate, rows
+from softvox_search.evolution import mutate, mutation_rate, rows
 from softvox_search.global_random import GlobalRandom, library
-from softvox_search.options import check_share
 from softvox_search.protocol import Designs, Info, SearcherBase, keys_of
 
 #: Headings are told apart by so many sectors; number k is centred on k / SECTORS of a full turn
@@ -45,13 +44,6 @@ class MapElites(SearcherBase):
         Probability of each digit of a child to change; at least one always does. One in so many as
         there are sites where None.
 
-    Raises
-    ------
-    TypeError, ValueError
-        For an option that is not what it must be.
-    ImportError
-        Where ribs is not installed.
-
     Source
     ------
     J.-B. Mouret, J. Clune, *Illuminating search spaces by mapping elites*, arXiv:1504.04909, 2015.
@@ -67,8 +59,7 @@ class MapElites(SearcherBase):
     ) -> None:
         super().__init__(space, rng)
         check_count("population", population, least=1)
-        self._mutation = 1 / space.sites if mutation is None else mutation
-        check_share("mutation", self._mutation)
+        self._mutation = mutation_rate(mutation, space)
         self._size = population
         self._random = GlobalRandom(rng)
         self._n_random = population  # left to be told of the first batch
@@ -78,9 +69,6 @@ class MapElites(SearcherBase):
             solution_dim=space.sites,
             dims=dims,
             ranges=[(-0.5, n - 0.5) for n in dims],
-            solution_dtype=np.int64,
-            objective_dtype=np.float64,
-            measures_dtype=np.float64,
         )
 
     def ask(self, n: int | None = None) -> Designs:
@@ -105,7 +93,7 @@ class MapElites(SearcherBase):
         found = self._archive.data(["solution", "objective", "measures", "index"])
         order = np.argsort(found["index"])
         return (
-            found["solution"][order],
+            found["solution"][order].astype(np.int64),
             found["objective"][order],
             found["measures"][order].astype(np.int64),
         )

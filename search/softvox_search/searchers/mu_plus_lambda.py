@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from deap import algorithms, tools
+from deap import tools
 
 from softvox_gym import Lattice
 from softvox_gym.simulation import check_count
 from softvox_search.evolution import Evolutionary, Individual
-from softvox_search.options import check_share
 
 
 class MuPlusLambda(Evolutionary):
@@ -30,11 +29,6 @@ class MuPlusLambda(Evolutionary):
     mutation : float
         Probability of each digit of a child to change; at least one always does.
 
-    Raises
-    ------
-    TypeError, ValueError
-        For an option that is not what it must be.
-
     Source
     ------
     H.-G. Beyer, H.-P. Schwefel, *Evolution strategies: a comprehensive introduction*, Natural
@@ -51,18 +45,9 @@ class MuPlusLambda(Evolutionary):
         crossover: float = 0.5,
         mutation: float = 1 / 4,
     ) -> None:
-        check_count("population", population, least=1)
+        super().__init__(space, rng, population=population, crossover=crossover, mutation=mutation)
         check_count("offspring", offspring, least=1)
-        check_share("crossover", crossover)
-        check_share("mutation", mutation)
-        super().__init__(space, rng, population=population, mutation=mutation)
         self.toolbox.register("select", tools.selRandom, k=offspring)
-        self._crossover = crossover
-
-    def _breed(self) -> list[Individual]:
-        chosen = self.toolbox.select(self.population)
-        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
-        return children
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         fittest: list[Individual] = tools.selBest(offspring + self.population, self._size)

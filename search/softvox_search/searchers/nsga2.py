@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from deap import algorithms, tools
+from deap import tools
 
 from softvox_gym import Lattice
 from softvox_gym.design import ACTIVE
-from softvox_gym.simulation import check_count
 from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
-from softvox_search.options import check_share
 
 
 class Nsga2(Evolutionary):
@@ -29,11 +27,6 @@ class Nsga2(Evolutionary):
     mutation : float
         Probability of each digit of a child to change; at least one always does.
 
-    Raises
-    ------
-    TypeError, ValueError
-        For an option that is not what it must be.
-
     Source
     ------
     K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, *A fast and elitist multiobjective genetic
@@ -51,22 +44,15 @@ class Nsga2(Evolutionary):
         crossover: float = 0.8,
         mutation: float = 1 / 4,
     ) -> None:
-        check_count("population", population, least=4)
+        super().__init__(
+            space, rng, population=population, crossover=crossover, mutation=mutation, least=4
+        )
         if population % 4:
             raise ValueError(f"population must be a multiple of 4, got {population}")
-        check_share("crossover", crossover)
-        check_share("mutation", mutation)
-        super().__init__(space, rng, population=population, mutation=mutation)
         self.toolbox.register("select", tools.selTournamentDCD, k=population)
-        self._crossover = crossover
 
     def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
         return (value, individual.count(ACTIVE))
-
-    def _breed(self) -> list[Individual]:
-        chosen = self.toolbox.select(self.population)
-        children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
-        return children
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         pool = offspring + self.population

@@ -8,7 +8,6 @@ import numpy as np
 
 from softvox_gym import Lattice
 from softvox_gym.simulation import check_count
-from softvox_search.options import check_flag
 from softvox_search.protocol import Designs, SearcherBase, keys_of, rows_of
 
 
@@ -43,7 +42,6 @@ class RandomSearch(SearcherBase):
         batch: int = 64,
     ) -> None:
         super().__init__(space, rng)
-        check_flag("replacement", replacement)
         check_count("batch", batch, least=1)
         self._urn = None if replacement else Urn(space, rng)
         self._batch = batch

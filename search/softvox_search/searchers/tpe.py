@@ -15,10 +15,10 @@ from softvox_search.protocol import Designs
 
 
 class Tpe(Adapter):
-    """Optuna's TPE sampler with its default settings, over a categorical variable per site.
+    """Optuna's TPE sampler, over a categorical variable per site.
 
-    Asks for one design at a time, known ones included. Its cost per evaluation grows with the
-    number of evaluations.
+    Its settings are the default. Asks for one design at a time, known ones included. Its cost per
+    evaluation grows with the number of evaluations.
 
     Parameters
     ----------

@@ -35,12 +35,7 @@ FIGURES = {
 class Inputs:
     """What figures may be made of besides the data that ship with the package.
 
-    Parameters
-    ----------
-    tracks : tuple of RealTrack
-        Of real robots, for the figure tracks.
-    results : dict of str to Results
-        Of `softvox compare`, by name, for the figure search.
+    Tracks of real robots are for the figure tracks, results by name for the figure search.
     """
 
     tracks: tuple[RealTrack, ...] = ()
@@ -70,19 +65,7 @@ class Drawing:
 
 
 def make(name: str, inputs: Inputs | None = None) -> Drawing:
-    """Draw a figure in the house's style.
-
-    Parameters
-    ----------
-    name : str
-        One of `FIGURES`.
-    inputs : Inputs, optional
-
-    Raises
-    ------
-    ValueError
-        For inputs that the figure can't be made of.
-    """
+    """Draw one of `FIGURES`; ValueError for inputs that it can't be made of."""
     from softvox_view.figures.style import style  # before all that imports matplotlib
 
     draw = import_module(f"softvox_view.figures.{name}").draw
@@ -92,14 +75,7 @@ def make(name: str, inputs: Inputs | None = None) -> Drawing:
 
 
 def files_of(drawing: Drawing, formats: Sequence[str]) -> dict[str, bytes]:
-    """Return the files of a figure by name: every picture in every format, then the tables.
-
-    Parameters
-    ----------
-    drawing : Drawing
-    formats : sequence of str
-        Of `style.FORMATS`.
-    """
+    """Return the files of a figure by name: every picture in some formats, then the tables."""
     from softvox_view.figures import style
 
     files: dict[str, bytes] = {}

@@ -57,13 +57,7 @@ def colour_of(dx: Array, dy: Array) -> Array:
 
 
 def mean_displacement(displacement: Array) -> Array:
-    """Return the mean displacement of every square of 9 x 9 designs, shape (9, 9, 2).
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (6561, 2)
-        dx, dy.
-    """
+    """Return the mean of displacements (6561, 2) over every square of 9 x 9 designs, (9, 9, 2)."""
     squares = SIDE // SQUARE
     laid = mapped(displacement).reshape(squares, SQUARE, squares, SQUARE, 2)
     return np.asarray(laid.mean(axis=(1, 3)))

@@ -24,16 +24,8 @@ DETOUR = 0.03
 def put(axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: Array) -> None:
     """Write words as near to their places as there is room; a word without room is left out.
 
-    Parameters
-    ----------
-    axis : Axes
-        Of a figure that is laid out, with its final limits.
-    words : sequence of (str, ndarray of shape (2,))
-        Each with its place, shares of the panel's sides.
-    clear : ndarray, shape (n, 4)
-        Boxes that words keep clear of: left, bottom, right, top, shares of the panel's sides.
-    lines : ndarray, shape (m, 2)
-        Points of lines that are better not covered.
+    The figure must be laid out. They keep clear of boxes (n, 4), left, bottom, right and top, and
+    rather do not cover lines, points (m, 2). All are shares of the panel's sides.
     """
     for word, place in words:
         text = axis.text(0, 0, word, size=style.TINY, transform=axis.transAxes, parse_math=False)

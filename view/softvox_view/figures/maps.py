@@ -17,18 +17,7 @@ LINES = {27: 0.9, 9: 0.35}
 
 
 def show(axis: Axes, values: Any, *, lines: str = "white", **options: Any) -> AxesImage:
-    """Draw a map with the lines and digits of the two outer nestings.
-
-    Parameters
-    ----------
-    axis : Axes
-    values : array_like, shape (6561,) or (6561, 3)
-        One value, or colour, per design.
-    lines : str
-        Colour of the lines.
-    **options
-        For `Axes.imshow`.
-    """
+    """Draw a map of a value or colour per design, shape (6561,) or (6561, 3); see `Axes.imshow`."""
     image = axis.imshow(mapped(values), origin="lower", interpolation="nearest", **options)
     frame(axis, lines=lines)
     return image
@@ -58,19 +47,7 @@ def mark(
     offset: tuple[float, float] = (6, 6),
     ring: float = 6.0,
 ) -> None:
-    """Put a ring around a design and a word beside it, readable on any colour.
-
-    Parameters
-    ----------
-    axis : Axes
-        Of a map.
-    design : int
-    text : str
-    offset : (float, float)
-        From the design to the word, points.
-    ring : float
-        Its diameter, points.
-    """
+    """Put a ring around a design and a word at an offset, points, readable on any colour."""
     row, column = (int(place) for place in cell_of(design))
     axis.plot(
         column,

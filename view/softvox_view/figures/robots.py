@@ -41,18 +41,9 @@ def best_of_bodies() -> tuple[Design, ...]:
 
 @lru_cache(maxsize=512)
 def picture(design: Design, size: int) -> NDArray[np.uint8]:
-    """Return a square picture of a design of the 2x2x2 lattice as built.
+    """Return a picture of a design of the 2x2x2 lattice as built, so many pixels along a side.
 
-    Parameters
-    ----------
-    design : Design
-    size : int
-        Pixels along a side.
-
-    Returns
-    -------
-    ndarray of uint8, shape (size, size, 3)
-        Read-only. All from the same place, so that sites can be compared.
+    Read-only. All are seen from the same place, so that sites can be compared.
     """
     made: NDArray[Any] = render(
         rest_pose(design.array), width=size, height=size, look_at=MIDDLE, distance=DISTANCE

@@ -34,21 +34,7 @@ Array = NDArray[np.float64]
 
 
 def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple[Array, Array]:
-    """Return the volume of robots over one cycle, from their simulated edges.
-
-    Parameters
-    ----------
-    designs : sequence of Design
-    actuation : str
-        One of the modes of `Physics`.
-
-    Returns
-    -------
-    time : ndarray, shape (k,)
-        Cycles, 0 to 1.
-    volume : ndarray, shape (n, k)
-        Sum of the cubed edges of the voxels, relative to that at rest.
-    """
+    """Return times (k,), 0 to 1 cycles, and volumes (n, k): cubed edges, relative to rest."""
     physics = replace(Physics.published(), actuation=actuation).lasting(CYCLE + 2)
     result = simulate(designs, physics, frames=EVERY)
     frames = result.frames

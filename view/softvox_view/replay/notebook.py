@@ -9,9 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from softvox_gym.design import Design
-from softvox_gym.rendering import fitting_distance
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import bytes_per_frame, clock_of, label, name_of, recording, rest_pose
+from softvox_view.replay.data import bytes_per_frame, clock_of, labels, name_of, recording, rest_pose
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
@@ -35,7 +34,7 @@ def notebook(value: Design | Result) -> str:
     if shown and value.frames is not None:
         parts.append(_player(value, shown))
     elif shown:
-        names = "; ".join(label(value, i) for i in shown)
+        names = "; ".join(labels(value, i)[0] for i in shown)
         parts.append(_built([value.design(i) for i in shown], names))
     rows = [_outcome(value, i) for i in order[:ROWS]]
     caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")
@@ -52,9 +51,7 @@ def fittest(result: Result) -> list[int]:
 
 
 def _built(designs: Sequence[Design], names: str) -> str:
-    poses = [rest_pose(design.array) for design in designs]
-    distances = [fitting_distance(pose) for pose in poses]
-    picture = beside(poses, panel=PANEL, distances=distances)
+    picture = beside([rest_pose(design.array) for design in designs], panel=PANEL)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 

@@ -45,21 +45,26 @@ def page(
     parts = {
         "title": html.escape(name),
         "rows": "Row by row: " if len(recording["robots"]) > 1 else "",
-        "style": _asset("player.css"),
+        "style": style(),
         "still": data_url(picture),
         "recording": _in_script(recording),
-        "script": _script(),
+        "script": script(),
         "options": _in_script({"autoplay": autoplay, "speed": speed}),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _asset("page.html"))
 
 
-def _script() -> str:
+def script() -> str:
     """Return the player as one ES module that exports `SoftvoxPlayer` and imports nothing."""
     parts = [re.sub(r"^import .*\n", "", _asset(name), flags=re.MULTILINE) for name in MODULES]
     # The last is the player; what the others export it finds beside it.
     inner = [re.sub(r"^export ", "", part, flags=re.MULTILINE) for part in parts[:-1]]
     return "\n".join([*inner, parts[-1]])
+
+
+def style() -> str:
+    """Return the player's style sheet."""
+    return _asset("player.css")
 
 
 def _in_script(value: Any) -> str:

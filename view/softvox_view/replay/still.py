@@ -13,8 +13,7 @@ from softvox_gym.rendering import Pose, fitting_distance, png, render
 from softvox_gym.simulation import Result
 from softvox_view.replay.data import checked_places, frames_of, pose
 
-#: Counts between the colours of a picture that stands in for a replay: that takes two fifths of the
-#: bytes away, and can be seen in the floor's shading alone.
+#: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
 COARSE = 4
 
 PANEL = (400, 300)  # pixels, at most
@@ -31,10 +30,8 @@ def still(
 
     Parameters
     ----------
-    result : Result
-        Of `simulate(..., frames=every)`.
-    *designs : int
-        Their places in the batch; all where none is given.
+    result, *designs
+        As of `recording`.
     frame : int, optional
         From 0; the last where None.
     panel : (int, int), optional
@@ -43,35 +40,32 @@ def still(
     Returns
     -------
     ndarray of uint8, shape (height, width, 3)
-
-    Raises
-    ------
-    ValueError
-        Where the result has no frames or a place is out of range.
     """
     places = checked_places(result, designs)
     shown = len(frames_of(result).step) - 1 if frame is None else frame
-    # The distance of the first frame, so that the breathing of a robot does not zoom.
-    distances = [fitting_distance(pose(result, i, 0)) for i in places]
     if panel is None:
         width = min(PANEL[0], WIDTH // columns(len(places)))
         panel = (width, width * PANEL[1] // PANEL[0])
-    return beside([pose(result, i, shown) for i in places], panel=panel, distances=distances)
+    # From where the first frame is seen, so that the breathing of a robot does not zoom.
+    first = [pose(result, i, 0) for i in places]
+    return beside([pose(result, i, shown) for i in places], panel=panel, seen_as=first)
 
 
 def beside(
-    poses: Sequence[Pose], *, panel: tuple[int, int], distances: Sequence[float]
+    poses: Sequence[Pose], *, panel: tuple[int, int], seen_as: Sequence[Pose] | None = None
 ) -> NDArray[np.uint8]:
-    """Draw robots in rows of panels, as `columns` says; what is left of the last row is empty."""
+    """Draw robots in rows of panels, as `columns` says; what is left of the last row is empty.
+
+    Each is seen from as far as it needs itself, or as some others do.
+    """
     width, height = panel
     across = columns(len(poses))
     rows = math.ceil(len(poses) / across)
     picture = np.full((rows * height, across * width, 3), 255, np.uint8)
-    for k, (robot, distance) in enumerate(zip(poses, distances, strict=True)):
+    for k, (robot, whole) in enumerate(zip(poses, seen_as or poses, strict=True)):
         top, left = k // across * height, k % across * width
-        picture[top : top + height, left : left + width] = render(
-            robot, width=width, height=height, distance=distance
-        )
+        drawn = render(robot, width=width, height=height, distance=fitting_distance(whole))
+        picture[top : top + height, left : left + width] = drawn
     return picture
 
 

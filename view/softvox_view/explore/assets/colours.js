@@ -1,7 +1,5 @@
 // The colour of every design on each kind of map, and the scale that explains it.
 
-import { cividis, puOr, sample, twilight } from "./palettes.js";
-
 const LIGHT = "#fff";
 const DARK = "#1a1f29";
 const SOME_TRAVEL = 0.25; // voxel widths: what travels less has no heading to speak of
@@ -17,58 +15,45 @@ export function heading(dx, dy) {
  * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
  */
 export function colouring(kind, atlas, values) {
-  const made = { heading: headings, difference: differences }[kind] ?? fitnesses;
-  const has = values.fitness.includes(null) && kind !== "noise";
-  const { unit, ...rest } = made(atlas, values, kind);
-  return { ...rest, unit: has ? `${unit}; ×: diverged` : unit };
+  const noise = "mean fitness under noise of level 1, published physics";
+  if (kind === "noise") return amounts(atlas.noise, noise);
+  const made = {
+    fitness: () => amounts(values.fitness, "fitness, voxel widths"),
+    heading: () => headings(values),
+    difference: () => differences(values.fitness, atlas.fitness),
+  }[kind]();
+  if (values.fitness.includes(null)) made.unit += "; ×: diverged";
+  return made;
 }
 
-function fitnesses(atlas, values, kind) {
-  const shown = kind === "noise" ? atlas.noise : values.fitness;
-  const high = Math.max(1e-9, ...shown.filter((value) => value !== null));
-  const unit =
-    kind === "noise"
-      ? `mean fitness under noise of level ${atlas.noise_level}, published physics`
-      : "fitness, voxel widths";
-  return {
-    colour: (i) => (shown[i] === null ? null : sample(cividis, shown[i] / high)),
-    scale: (share) => sample(cividis, share),
-    grid: LIGHT,
-    low: "0",
-    high: high.toFixed(2),
-    unit,
-  };
+function amounts(shown, unit) {
+  const high = Math.max(1e-9, ...shown);
+  const scale = (share) => sample(cividis, share);
+  const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
+  return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
 }
 
-function headings(_, { dx, dy, fitness }) {
+function headings({ dx, dy, fitness }) {
   // As in the figure of headings: dark towards −x, light towards +x.
   const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
-  return {
-    colour: (i) => {
-      if (fitness[i] === null) return null;
-      if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
-      return scale((heading(dx[i], dy[i]) + 180) / 360);
-    },
-    scale,
-    grid: DARK,
-    low: "−180°",
-    high: "180°",
-    unit: "heading, 0° is +x; white: hardly travels",
+  const colour = (i) => {
+    if (fitness[i] === null) return null;
+    if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
+    return scale((heading(dx[i], dy[i]) + 180) / 360);
   };
+  const unit = "heading, 0° is +x; white: hardly travels";
+  return { colour, scale, grid: DARK, low: "−180°", high: "180°", unit };
 }
 
-function differences(atlas, { fitness }) {
-  const change = fitness.map((value, i) => (value === null ? null : value - atlas.fitness[i]));
-  const most = Math.max(...change.map((value) => Math.abs(value ?? 0)));
-  const half = most || 1;
-  return {
-    colour: (i) => (change[i] === null ? null : sample(puOr, 0.5 + change[i] / (2 * half))),
-    scale: (share) => sample(puOr, share),
-    grid: DARK,
-    low: most ? `−${most.toFixed(2)}` : "",
-    high: most ? `+${most.toFixed(2)}` : "",
-    unit: most ? "fitness now less published, voxel widths" : "no difference: the physics is as published",
-  };
+function differences(now, before) {
+  const most = Math.max(...now.map((value, i) => (value === null ? 0 : Math.abs(value - before[i]))));
+  const scale = (share) => sample(puOr, share);
+  const share = (i) => 0.5 + (now[i] - before[i]) / (2 * (most || 1));
+  const colour = (i) => (now[i] === null ? null : scale(share(i)));
+  const [low, high, unit] = most
+    ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now less published, voxel widths"]
+    : ["", "", "no difference: the physics is as published"];
+  return { colour, scale, grid: DARK, low, high, unit };
 }
 
 /** Draw a scale into its canvas. */
@@ -78,4 +63,59 @@ export function drawScale(canvas, scale) {
     pen.fillStyle = `rgb(${scale((x + 0.5) / canvas.width).map(Math.round).join(" ")})`;
     pen.fillRect(x, 0, 1, canvas.height);
   }
+}
+
+/** The map's canvas as a PNG: under it its scale with three words, and a line about the physics. */
+export function pictureOf(map, scale, words, physics) {
+  const margin = 16;
+  const [bar, line] = [14, 20];
+  const below = map.height + 2 * margin;
+  const width = map.width + 2 * margin;
+  const all = new OffscreenCanvas(width, below + bar + 2 * line + margin);
+  const pen = all.getContext("2d");
+  const write = (text, x, y, align) => {
+    pen.textAlign = align;
+    pen.fillText(text, x, y, map.width);
+  };
+  pen.fillStyle = LIGHT;
+  pen.fillRect(0, 0, all.width, all.height);
+  pen.drawImage(map, margin, margin);
+  pen.drawImage(scale, margin, below, map.width, bar);
+  pen.fillStyle = DARK;
+  pen.font = "15px system-ui, sans-serif";
+  write(words[0], margin, below + bar + line - 2, "left");
+  write(words[1], width / 2, below + bar + line - 2, "center");
+  write(words[2], width - margin, below + bar + line - 2, "right");
+  write(physics, width / 2, below + bar + 2 * line, "center");
+  return all.convertToBlob();
+}
+
+// Colour maps as evenly spaced anchors: cividis (Nunez et al., 2018) is perceptually uniform and made
+// for the colour-blind, twilight is cyclic, PuOr (ColorBrewer, Apache 2.0) has neither red nor green.
+
+const cividis = anchors(`
+  00224e 00285b 002e6a 053371 1a386f 273e6e 32436d 3b496c 434e6c 4b546c 535a6d 5a5f6e
+  61656f 686a71 6f7073 767676 7d7c78 848279 8c8878 938e78 9b9476 a39a74 aba072 b4a76f
+  bcae6c c4b468 cdbb63 d5c25e dec958 e7d150 f0d846 f9e03a fee838`);
+
+const twilight = anchors(`
+  e2d9e2 d7d7dd c4ced4 acc2cc 95b5c7 81a6c3 7297c1 6887be 6276ba 5f64b5 5e51ad 5d3da1
+  592a8f 511b77 45135c 381145 2f1436 3a113a 4a1342 5f174a 741e4f 872750 983550 a64550
+  b25652 bb6958 c27c63 c89073 cca389 d1b6a3 d8c7be dfd4d6 e2d9e2`);
+
+const puOr = anchors(`
+  2d004b 390c5e 451871 522584 5f3a91 6d529c 7b6aa8 8a7eb3 9990bf a9a1cb b7b1d5 c3c0dd
+  cfcfe5 dadcec e4e5f0 eeeef3 f7f7f6 f9efe1 fce8cd fee1b9 fed59f fdc885 fdbc6b f7ac52
+  ee9b39 e58a20 d97b12 cb6e0d bd6109 ae5506 9e4c07 8d4307 7f3b08`);
+
+function anchors(text) {
+  const channels = (hex) => [0, 2, 4].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  return text.trim().split(/\s+/).map(channels);
+}
+
+/** The colour [r, g, b] of a share from 0 to 1. */
+function sample(palette, share) {
+  const place = Math.min(Math.max(share, 0), 1) * (palette.length - 1);
+  const i = Math.min(Math.floor(place), palette.length - 2);
+  return palette[i].map((low, k) => low + (place - i) * (palette[i + 1][k] - low));
 }
