@@ -87,21 +87,10 @@ class Lattice(NamedTuple):
         return f"{self.nx}x{self.ny}x{self.nz}"
 
     def digits(self, numbers: ArrayLike) -> NDArray[np.uint8]:
-        """Return the digits of designs given by their numbers.
+        """Return the digits, uint8 of shape (..., sites), of designs given by their numbers.
 
-        Parameters
-        ----------
-        numbers : array_like of int, shape (...)
-            Python ints (dtype object) where they exceed int64.
-
-        Returns
-        -------
-        ndarray of uint8, shape (..., sites)
-
-        Raises
-        ------
-        ValueError
-            For a number that no design of the lattice has.
+        Numbers of shape (...) are Python ints (dtype object) where they exceed int64; ValueError
+        for one that no design of the lattice has.
         """
         array = np.asarray(numbers)
         for extreme in (array.min(), array.max()) if array.size else ():
@@ -115,25 +104,17 @@ class Lattice(NamedTuple):
         return digits.astype(np.uint8)
 
     def numbers(self, rows: ArrayLike) -> NDArray[Any]:
-        """Return the numbers of designs given by their digits.
+        """Return the numbers, shape (...), of designs given by their digits, shape (..., sites).
 
-        Parameters
-        ----------
-        rows : array_like of int, shape (..., sites)
-
-        Returns
-        -------
-        ndarray of int64, shape (...)
-            Of Python ints (dtype object) on lattices with more designs than int64 counts.
+        They are int64; Python ints (dtype object) on lattices with more designs than that counts.
         """
         array = np.asarray(rows)
         if self.has_int64_numbers:
             numbers: NDArray[np.int64] = array.astype(np.int64) @ 3 ** np.arange(self.sites)
             return numbers
-        made = np.empty(array.shape[:-1], dtype=object)
-        for i in np.ndindex(made.shape):
-            made[i] = number_of(array[i].astype(np.uint8).tobytes())
-        return made
+        flat = array.astype(np.uint8).reshape(-1, self.sites)
+        made = np.fromiter((number_of(row.tobytes()) for row in flat), dtype=object)
+        return made.reshape(array.shape[:-1])
 
     def to_stack(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Turn values in the order of sites, shape (..., sites), into (..., nx, ny, nz)."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import platform
+import re
 import subprocess
 from datetime import UTC, datetime
 from functools import lru_cache
@@ -27,17 +29,8 @@ PROBED = np.arange(40, 3**8, 410)
 def provenance(*, threads: int | None = None) -> dict[str, Any]:
     """Return what results depend on, or might be asked about later; ready for JSON.
 
-    Take it before the work: it says when that started, and from which commit.
-
-    Parameters
-    ----------
-    threads : int, optional
-        As handed to `simulate`.
-
-    Raises
-    ------
-    ValueError
-        Where SOFTVOX_ISA asks for an instruction set that the machine lacks.
+    Take it before the work: it says when that started, and from which commit. The threads are those
+    handed to `simulate`. Raises ValueError as `softvox_gym.engine.isa_name` does.
     """
     return {
         "version": softvox_gym.__version__,
@@ -84,13 +77,10 @@ def commit() -> str | None:
 
 def cpu_model() -> str:
     """Return the processor's name, as well as the system knows it."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            name, _, value = line.partition(":")
-            if name.strip() == "model name":
-                return value.strip()
-    except OSError:
-        pass
+    with contextlib.suppress(OSError):
+        linux = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        if match := re.search(r"^model name\s*:\s*(.*\S)", linux, re.MULTILINE):
+            return match[1]
     apple = _output("sysctl", "-n", "machdep.cpu.brand_string")
     return apple or platform.processor() or platform.machine()
 

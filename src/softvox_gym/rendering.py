@@ -102,18 +102,11 @@ class Pose:
 
 
 def fitting_distance(pose: Pose) -> float:
-    """Distance from which the camera sees the whole robot, in voxel widths.
+    """Return the distance from which the camera sees the whole robot, in voxel widths.
 
-    Parameters
-    ----------
-    pose : Pose
-        The robot. Robots of up to about 2x2x2 voxels share one distance.
-
-    Returns
-    -------
-    float
-        The default of `render`. For a film of a large robot, take it once, from the first pose,
-        and pass it to every frame: the picture then does not zoom as the robot deforms.
+    The default of `render`; robots of up to about 2x2x2 voxels share one. For a film of a large
+    robot, take it once, from the first pose, and pass it to every frame: the picture then does not
+    zoom as the robot deforms.
     """
     position, edge = np.asarray(pose.position, float), np.asarray(pose.edge, float)
     if not len(position):
@@ -319,11 +312,9 @@ class _Tile(NamedTuple):
     def planes(self, inverse: Array) -> Array:
         """Evaluate the rows of an inverse projection (r, 3) at each pixel: (r, rows, columns)."""
         x, y = np.arange(self.left, self.right) + 0.5, np.arange(self.top, self.bottom) + 0.5
-        along_x = inverse[:, :1] * x
-        along_y = inverse[:, 1:2] * y + inverse[:, 2:]
-        terms = along_y[:, :, None].astype(np.float32), along_x[:, None, :].astype(np.float32)
-        planes: Array = np.add(*terms)
-        return planes
+        along_x = (inverse[:, :1] * x).astype(np.float32)
+        along_y = (inverse[:, 1:2] * y + inverse[:, 2:]).astype(np.float32)
+        return np.asarray(along_y[:, :, None] + along_x[:, None, :])
 
 
 def _patches(quads: _Quads, tile: _Tile) -> Iterator[tuple[int, tuple[slice, slice], Array]]:
@@ -369,8 +360,7 @@ def _floor(camera: Array, tile: _Tile, target: Array, distance: float) -> Array:
 def _step(s: Array, row: Array, depth_row: Array, depth: Array) -> Array:
     """Return how much a floor coordinate changes over one pixel."""
     (ax, ay, _), (dx, dy, _) = row.tolist(), depth_row.tolist()
-    step: Array = (np.abs(ax - s * dx) + np.abs(ay - s * dy)) * depth
-    return step
+    return np.asarray((np.abs(ax - s * dx) + np.abs(ay - s * dy)) * depth)
 
 
 def _grid_lines(s: Array, step: Array) -> Array:
@@ -378,19 +368,16 @@ def _grid_lines(s: Array, step: Array) -> Array:
 
     def integral(t: Array) -> Array:
         cell = np.floor(t)
-        covered: Array = cell * (2 * GRID_LINE) + np.minimum(t - cell, 2 * GRID_LINE)
-        return covered
+        return np.asarray(cell * (2 * GRID_LINE) + np.minimum(t - cell, 2 * GRID_LINE))
 
     low = s - step / 2 + GRID_LINE
-    coverage: Array = (integral(low + step) - integral(low)) / step
-    return coverage
+    return np.asarray((integral(low + step) - integral(low)) / step)
 
 
 def _half_axis(along: Array, across: Array, step: Array) -> Array:
     """Return the opacity of the line from the origin towards positive values."""
     coverage = np.minimum((AXIS_LINE + step / 2 - np.abs(across)) / step, 2 * AXIS_LINE / step)
-    opacity: Array = np.clip(coverage, 0, 1) * (along > 0) * AXIS_STRENGTH
-    return opacity
+    return np.asarray(np.clip(coverage, 0, 1) * (along > 0) * AXIS_STRENGTH)
 
 
 def _cast_shadow(
@@ -468,5 +455,4 @@ def _shrink(image: Array) -> Array:
     """Average the samples of each pixel."""
     s = SUPERSAMPLING
     samples: list[Array] = [image[i::s, j::s] for i in range(s) for j in range(s)]
-    mean: Array = sum(samples[1:], samples[0]) / (s * s)
-    return mean
+    return np.asarray(sum(samples[1:], samples[0]) / (s * s))

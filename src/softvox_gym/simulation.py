@@ -91,10 +91,7 @@ class Result:
     @cached_property
     def fitness(self) -> NDArray[np.float64]:
         """Horizontal travel sqrt(dx^2 + dy^2) in voxel widths, shape (n,); NaN where diverged."""
-        fitness: NDArray[np.float64] = np.sqrt(
-            self.displacement[:, 0] ** 2 + self.displacement[:, 1] ** 2
-        )
-        return fitness
+        return np.asarray(np.sqrt(self.displacement[:, 0] ** 2 + self.displacement[:, 1] ** 2))
 
     def design(self, i: int) -> Design:
         """Return the i-th design of the batch."""
@@ -239,20 +236,13 @@ def _strain(
     array = _per_voxel("strain", values, stack)
     if array.ndim == 4:
         array = array[:, np.newaxis]
-    _check_contraction(array, physics, stack)
-    return Lattice(*stack.shape[1:]).to_rows(array)
-
-
-def _check_contraction(
-    strain: NDArray[np.float64], physics: Physics, stack: NDArray[np.uint8]
-) -> None:
-    """Refuse amplitudes that take an edge to zero or below."""
-    used = strain[np.broadcast_to((stack == ACTIVE)[:, np.newaxis], strain.shape)]
+    used = array[np.broadcast_to((stack == ACTIVE)[:, np.newaxis], array.shape)]
     if np.any(used <= -1) or (physics.actuation == "expand_and_contract" and np.any(used >= 1)):
         raise ValueError(
             "strain must be above -1, and below 1 where voxels expand and contract: "
             "an edge can't shrink to nothing"
         )
+    return Lattice(*stack.shape[1:]).to_rows(array)
 
 
 def _parameters(physics: Physics, n: int) -> NDArray[Any]:
@@ -292,7 +282,9 @@ def _result(
     empty = ~stack.any(axis=(1, 2, 3))
     displacement = (output.end - output.start) / physics.edge
     displacement[empty] = 0.0
-    diverged = (output.status != 0) | ~_has_fitness(displacement)
+    with np.errstate(over="ignore"):  # a displacement may be finite, and its square not
+        has_fitness = np.isfinite(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
+    diverged = (output.status != 0) | ~has_fitness
     displacement[diverged] = np.nan
     output.track[empty] = 0.0
     for values in (output.start, output.end, output.track):
@@ -309,12 +301,6 @@ def _result(
         track=output.track if batch.track_per_cycle else None,
         frames=_frames(batch, output) if batch.frame_every else None,
     )
-
-
-def _has_fitness(displacement: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return whether the fitness is finite; a displacement may be, and its square not."""
-    with np.errstate(over="ignore"):
-        return np.isfinite(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
 
 
 def _frames(batch: engine.Batch, output: engine.Output) -> Frames:

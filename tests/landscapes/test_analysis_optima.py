@@ -27,14 +27,18 @@ def test_a_cone_has_one_optimum_that_every_climb_finds():
         assert np.array_equal(ascents.probability, np.ones((6561, 1)))
         # The only fitter neighbours are those a mutation nearer.
         assert ascents.steps == pytest.approx(distance_to(5000))
-    assert climbs(found).column("finds_best") == climbs(found).column("climbs_to_best") == [1, 1]
+    assert (
+        [row["finds_best"] for row in climbs(found).records()]
+        == [row["climbs_to_best"] for row in climbs(found).records()]
+        == [1, 1]
+    )
 
 
 def test_where_all_are_equal_there_is_one_plateau_of_all_designs():
     found = local_optima(np.zeros(6561))
     assert (found.design.tolist(), found.plateau.tolist()) == ([0], [6561])
-    assert climbs(found).column("finds_best") == [1, 1]
-    assert climbs(found).column("steps") == [0, 0]
+    assert [row["finds_best"] for row in climbs(found).records()] == [1, 1]
+    assert [row["steps"] for row in climbs(found).records()] == [0, 0]
 
 
 def test_two_equal_peaks_share_the_starts_and_count_both_as_the_best():
@@ -42,7 +46,7 @@ def test_two_equal_peaks_share_the_starts_and_count_both_as_the_best():
     values = 8.0 - np.minimum(distance_to(first), distance_to(second))
     found = local_optima(values)
     assert {first, second} <= set(found.design[found.fitness == 8].tolist())
-    finds = climbs(found).column("finds_best")[1]
+    finds = [row["finds_best"] for row in climbs(found).records()][1]
     at_peaks = found.random.probability.sum(axis=0)[found.fitness == 8].sum()
     assert finds == pytest.approx(at_peaks / 6561)
 
@@ -127,5 +131,5 @@ def test_simulated_climbs_end_where_the_chain_says(fitness, optima):
 
 
 def test_nearly_the_best_are_the_two_within_one_percent(optima):
-    found = climbs(optima).column("finds_nearly_best")[0]
+    found = climbs(optima).records()[0]["finds_nearly_best"]
     assert found == pytest.approx(optima.steepest.probability.sum(axis=0)[:2].sum() / 6561)

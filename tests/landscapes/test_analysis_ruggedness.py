@@ -24,7 +24,7 @@ def test_a_cone_correlates_fully_with_the_distance_to_its_top():
     found = ruggedness(-2.0 * distance_to(1234))
     assert found.facts["fittest"] == [1234]
     assert found.facts["to_best"] == pytest.approx(-1)
-    assert found.column("mean_fitness") == [-2.0 * d for d in range(1, 9)]
+    assert [row["mean_fitness"] for row in found.records()] == [-2.0 * d for d in range(1, 9)]
     class_of_best = np.flatnonzero(symmetry_classes() == 4295)
     images = ruggedness(-distance_to(class_of_best).astype(float))
     assert images.facts["fittest"] == class_of_best.tolist()

@@ -27,7 +27,7 @@ def rows(content):
 
 
 def test_the_kinds_of_designs_are_counted_by_their_pieces(analysis):
-    kinds = dict(zip(*map(analysis.sections["kinds"].column, ("kind", "designs")), strict=True))
+    kinds = {row["kind"]: row["designs"] for row in analysis.sections["kinds"].records()}
     assert kinds["in one piece"] == landscape()["is_connected"].sum()
     parts = [kinds[name] for name in ("in one piece", "in several pieces", "empty")]
     assert sum(parts) == kinds["all designs"] == 6561

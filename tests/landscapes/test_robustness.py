@@ -79,7 +79,10 @@ def test_the_command_tells_of_levels_and_survivors(tmp_path):
 def test_all_hundred_are_listed_where_asked_for():
     done = softvox("robustness", "--all", "--level", "0.5")
     assert done.returncode == 0
-    assert all(digits in done.stdout for digits in robustness.published(0.5).column("digits"))
+    assert all(
+        digits in done.stdout
+        for digits in [row["digits"] for row in robustness.published(0.5).records()]
+    )
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def facts(driver):
 
 def gravity_of_3(served):
     """Return the fitness of all designs; test_explore_server holds it to the engine."""
-    return np.array(served.lines("/api/landscape", gravity=-3)[1][-1]["values"]["fitness"])
+    return np.array(served.events("landscape", gravity=-3)[-1]["answer"]["values"]["fitness"])
 
 
 def map_pixels(driver):

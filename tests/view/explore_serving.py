@@ -2,23 +2,21 @@
 
 import http.client
 import json
-import signal
+import socket
 import threading
 from contextlib import contextmanager
 from urllib.parse import urlencode
 
 from softvox_view.explore.app import Explorer
-from softvox_view.explore.server import Server
 
 
 class Served:
     """A server that runs, as its browsers see it."""
 
-    def __init__(self, server):
-        self.server = server
-        self.explorer = server.explorer
-        self.address = server.address
-        self.host = server.address.removeprefix("http://").rstrip("/")
+    def __init__(self, explorer, port):
+        self.explorer = explorer
+        self.host = f"127.0.0.1:{port}"
+        self.address = f"http://{self.host}/"
 
     def ask(self, path, *, method="GET", headers=None):
         """Return status, headers and body."""
@@ -30,26 +28,22 @@ class Served:
         finally:
             connection.close()
 
-    def get(self, path):
-        """Return status and JSON."""
-        status, _, body = self.ask(path)
-        return status, json.loads(body)
-
-    def lines(self, path, **query):
-        """Return status and the lines of JSON."""
-        status, _, content = self.ask(f"{path}?{urlencode(query)}")
-        return status, [json.loads(line) for line in content.splitlines()]
+    def events(self, name, **query):
+        """Return the events of an answer."""
+        with self.reading(name, **query) as events:
+            return list(events)
 
     @contextmanager
-    def reading(self, path, **query):
-        """Give the lines of JSON as they come."""
+    def reading(self, name, **query):
+        """Give the events of an answer as they come."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         try:
-            connection.request("GET", f"{path}?{urlencode(query)}")
+            connection.request("GET", f"/api/{name}?{urlencode(query)}")
             response = connection.getresponse()
             assert response.status == 200
             try:
-                yield (json.loads(line) for line in iter(response.readline, b""))
+                lines = (line.decode() for line in iter(response.readline, b""))
+                yield (json.loads(line.removeprefix("data: ")) for line in lines if line.strip())
             finally:
                 response.close()
         finally:
@@ -59,12 +53,14 @@ class Served:
 @contextmanager
 def serving(results=None):
     """Serve on any free port, with recorded results perhaps."""
-    server = Server(Explorer(results=results))
-    thread = threading.Thread(target=server.serve_until_stopped)
-    thread.start()
-    try:
-        yield Served(server)
-    finally:
-        server.handle_exit(signal.SIGTERM, None)
-        thread.join(20)
-        assert not thread.is_alive()
+    explorer = Explorer(results=results)
+    server = explorer.server()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        try:
+            yield Served(explorer, listener.getsockname()[1])
+        finally:
+            server.should_exit = True
+            thread.join(20)
+            assert not thread.is_alive()

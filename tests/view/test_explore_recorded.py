@@ -17,7 +17,7 @@ from explore_serving import serving
 from softvox_gym import landscape
 from softvox_gym.cli.terminal import BadInputError
 from softvox_view.cli.options import read_results
-from softvox_view.explore.recorded import Recorded
+from softvox_view.explore.paths import runs_of
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="needs softvox-gym[search]")
 
@@ -47,29 +47,26 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def served(folder):
-    recorded = {name: Recorded.of(made) for name, made in read_results([folder]).items()}
-    with serving(recorded) as running:
+    with serving(read_results([folder])) as running:
         yield running
 
 
 def asked(served, **changes):
     query = {"results": "small results", "searcher": RANDOM, "seed": "1", "budget": "60"}
-    return served.lines("/api/path", **query | changes)
+    return served.events("path", **query | changes)[-1]
 
 
 def test_what_was_recorded_is_offered(served):
-    told = served.get("/api/about")[1]["results"]
+    told = served.events("start")[-1]["answer"]["results"]
     assert told == {"small results": [RANDOM, "hill_climber · noise 0.5 · none"]}
 
 
 @pytest.mark.parametrize("budget", [60, 7])
 def test_a_recorded_path_is_the_runs_evaluations_in_order(served, folder, budget):
-    status, events = asked(served, budget=str(budget))
+    told = asked(served, budget=str(budget))["answer"]
     runs = read_results([folder])["small results"].runs
     (run,) = runs[(runs["searcher"] == "random") & (runs["seed"] == 1)].to_dict("records")
     mine = parquet.read_table(folder / run["file"]).to_pylist()
-    assert status == 200
-    told = events[-1]
     assert told["designs"] == [row["design"] for row in mine[:budget]]
     assert told["fitness"] == [row["fitness"] for row in mine[:budget]]
     assert told["total"] == len(mine) == 60
@@ -81,20 +78,20 @@ def test_a_recorded_path_is_the_runs_evaluations_in_order(served, folder, budget
 @pytest.mark.parametrize(
     ("changes", "parameter", "words"),
     [
-        ({"results": "other"}, "results", "there are no results 'other'; softvox explore"),
+        ({"results": "other"}, "results", "results 'other' are not there; softvox explore"),
         (
             {"searcher": "random"},
             "searcher",
-            f"no searcher 'random' in these results; they have {RANDOM}, hill",
+            f"searcher 'random' is not among {RANDOM}, hill",
         ),
-        ({"seed": "2"}, "seed", "no finished run with the seed 2; its 2 have seeds from 0 to 1"),
+        ({"seed": "2"}, "seed", "seed 2 was not recorded: "),
         ({"seed": "-1"}, "seed", "seed must be a whole number from 0 to"),
         ({"budget": "0"}, "budget", "must be a whole number from 1 to 2000"),
     ],
 )
 def test_what_was_not_recorded_is_refused(served, changes, parameter, words):
-    status, (told,) = asked(served, **changes)
-    assert (status, told["parameter"]) == (422, parameter)
+    told = asked(served, **changes)
+    assert told["parameter"] == parameter
     assert words in told["error"]
 
 
@@ -108,7 +105,7 @@ def test_failed_runs_and_those_on_other_lattices_have_no_path_on_the_map(folder)
     runs = results.runs.copy()
     runs.loc[runs.index[0], "status"] = "failed"
     runs.loc[runs.index[-1], "shape"] = "3x3x3"
-    shown = Recorded.of(replace(results, runs=runs)).runs
+    shown = runs_of(replace(results, runs=runs))
     assert sum(map(len, shown.values())) == len(runs) - 2 == 2
 
 
@@ -136,7 +133,7 @@ def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, 
     chosen(driver, "searcher", RANDOM)
     one(driver, "#search").click()
     said = until(lambda: shown(driver, "path-text"))
-    path = asked(served, seed="0")[1][-1]
+    path = asked(served, seed="0")["answer"]
     end = f"; it recommends {path['recommended']}, rank {path['rank']} of all"
     assert said.startswith("60 of 60 evaluations, 60 designs; ◆ best ")
     assert said.endswith(end)
@@ -156,7 +153,7 @@ def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, 
 def test_of_a_longer_run_the_first_evaluations_are_shown(driver, served):
     opened(driver, served, f"results=small+results&searcher={RANDOM}&seed=1&budget=7")
     said = until(lambda: shown(driver, "path-text"))
-    path = asked(served)[1][-1]
+    path = asked(served)["answer"]
     assert said.startswith("7 of 7 evaluations, 7 designs; ◆ best ")
     end = f"; it recommends {path['recommended']} after all 60, rank {path['rank']} of all"
     assert said.endswith(end)
@@ -165,4 +162,4 @@ def test_of_a_longer_run_the_first_evaluations_are_shown(driver, served):
 @needs_chromium
 def test_results_that_are_not_there_are_named(driver, served):
     opened(driver, served, "results=gone&searcher=random&seed=1&budget=7")
-    assert "there are no results 'gone'" in until(lambda: shown(driver, "path-text"))
+    assert "results 'gone' are not there" in until(lambda: shown(driver, "path-text"))

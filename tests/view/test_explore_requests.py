@@ -6,7 +6,8 @@ import pytest
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 
 from softvox_gym import Physics
-from softvox_view.explore.requests import PHYSICS, SLIDERS, BadRequestError, physics_of, read
+from softvox_gym.physics import ParameterError
+from softvox_view.explore.requests import PHYSICS, SLIDERS, physics_of, read
 
 
 def physics(**given):
@@ -21,14 +22,15 @@ def test_without_changes_the_physics_is_the_published_one():
 
 def test_the_sliders_begin_at_the_published_physics_and_reach_beyond_it():
     for slider in SLIDERS:
-        assert slider["low"] <= slider["default"] <= slider["high"]
+        assert slider["min"] <= float(slider["standard"]) <= slider["max"]
         if slider["name"] not in ("tilt", "downhill"):
-            assert slider["default"] == getattr(Physics.published(), slider["name"])
+            published = getattr(Physics.published(), slider["name"])
+            assert float(slider["standard"]) == pytest.approx(published, rel=1e-4)
 
 
 def test_every_slider_can_be_moved_to_both_ends():
     for slider in SLIDERS:
-        for end in (slider["low"], slider["high"]):
+        for end in (slider["min"], slider["max"]):
             physics(**{slider["name"]: end})
 
 
@@ -59,21 +61,13 @@ def test_a_level_floor_keeps_the_bits_of_gravity_whatever_is_downhill():
         ({"tilt": "nan"}, "tilt", "between -80 and 80"),
         ({"downhill": 1e300}, "downhill", "between -360 and 360"),
         ({"actuation": "wiggle"}, "actuation", "hold, clamp, expand_and_contract"),
-        ({"duration": 1000}, "duration", "there is no parameter 'duration'"),
+        ({"duration": 1000}, "duration", "duration is no parameter"),
     ],
 )
 def test_what_is_out_of_bounds_is_refused_naming_the_parameter(given, name, words):
-    with pytest.raises(BadRequestError, match=re.escape(words)) as refused:
+    with pytest.raises(ParameterError, match=re.escape(words)) as refused:
         physics(**given)
     assert refused.value.parameter == name
-
-
-def test_a_refusal_says_what_the_physics_says():
-    with pytest.raises(ValueError, match="shear_strength") as said:
-        Physics.of({"preset": "published", "shear_strength": -5.0})
-    with pytest.raises(BadRequestError) as refused:
-        physics(shear_strength=-5)
-    assert str(refused.value) == str(said.value)
 
 
 def test_what_is_rarely_meant_is_told_and_does_not_warn():
@@ -88,16 +82,16 @@ def test_a_design_is_a_number_or_digits(text):
 
 @pytest.mark.parametrize("text", ["", "6561", "-1", "06453", "0002122", "00021223", "1.5", "٣"])
 def test_what_is_no_design_is_refused(text):
-    with pytest.raises(BadRequestError, match="neither a number from 0 to 6560 nor 8 digits"):
+    with pytest.raises(ParameterError, match="neither a number from 0 to 6560 nor 8 digits"):
         read({"design": text}, needed=["design"])
 
 
-@pytest.mark.parametrize("text", ["0", "2001", "1e1", "", "2.5", "9" * 5000])
+@pytest.mark.parametrize("text", ["0", "2001", "2.5", "nan", "9" * 5000])
 def test_what_is_no_whole_number_in_bounds_is_refused(text):
-    with pytest.raises(BadRequestError, match="budget must be a whole number from 1 to 2000"):
+    with pytest.raises(ParameterError, match="budget must be a whole number from 1 to 2000"):
         read({"budget": text}, needed=["budget"])
 
 
 def test_what_is_needed_must_be_there():
-    with pytest.raises(BadRequestError, match="seed must be a whole number from 0 to"):
+    with pytest.raises(ParameterError, match="seed must be a number, got ''"):
         read({}, needed=["seed"])

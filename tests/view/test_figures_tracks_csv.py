@@ -55,7 +55,6 @@ def test_digits_other_orders_blank_lines_and_windows_files_are_read(read):
         (HEADER + '6453,"1,0,0,0\n6453,1,1,0,0\n6453,1,2,0,0\n', 2, "correct what is quoted"),
         (HEADER + '6453,"1"a,0,0,0\n', 2, "save the file anew"),
         (HEADER + '6453,"1\n",0,0,0\n6453,"1\n",1,0\n', 4, "4 values"),
-        (HEADER + "6453,1,0,0,0\n6453,\0,1,0,0\n", 3, "not text in UTF-8"),
         (
             HEADER.encode() + b"6453,1,0,0,0\r\n6453,\xff,1,0,0\r\n",
             3,

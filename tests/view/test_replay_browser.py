@@ -441,7 +441,7 @@ def test_without_follow_all_of_the_path_is_in_sight(page):
 
 def test_a_recording_of_another_kind_is_refused(page):
     refused = asked(page, "try { player.load({}) } catch (error) { return error.message }")
-    assert refused == "not a recording that this player knows: softvox-replay, version 1"
+    assert refused == "not a recording that this player knows: softvox-replay, version 2"
 
 
 def test_a_notebook_shows_the_players_of_a_result_with_frames(driver, folder):

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,45 +17,38 @@ from softvox_view.tracks_csv import RealTrack
 #: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
 LITTLE = 0.25
 
+#: The table for people.
+HEAD = (
+    "design  trial         cycles   heading    real   angle  distance    real  end error  RMS error"
+)
+ROW = "{:6}  {:12}  {:6.4g}  {:8.1f}  {:6.1f}  {:6.1f}  {:8.2f}  {:6.2f}  {:9.2f}  {:9.2f}"
+FOOT = f"headings and angles in degrees (nan: went less than {LITTLE:g}), the rest in cm"
 
-@dataclass(frozen=True)
-class Compared:
-    """A real track held against the simulated one, over the cycles of the real one.
+Array = NDArray[np.float64]
 
-    Parameters
-    ----------
-    design : int
-    trial : str
-    cycles : float
-        Where the real track ends; displacements are taken there.
-    heading_simulated, heading_real : float
-        Degrees from +x towards +y, above -180 and up to 180; NaN for a robot that went less
-        than `LITTLE`.
-    angle : float
-        Between the two displacements, degrees, 0 to 180; NaN where either is less than
-        `LITTLE`.
-    distance_simulated, distance_real : float
-        cm, of the displacements.
-    end_point_error : float
-        cm, between the two ends.
-    rms_error : float
-        cm, root of the mean squared distance between the two over time; both tracks are taken to be
-        straight between their points.
-    """
+
+class Compared(NamedTuple):
+    """A real track held against the simulated one, over the cycles of the real one."""
 
     design: int
     trial: str
+    #: Where the real track ends; displacements are taken there.
     cycles: float
+    #: Degrees from +x towards +y, above -180 and up to 180; NaN for less than `LITTLE`.
     heading_simulated: float
     heading_real: float
+    #: Between the two displacements, degrees, 0 to 180; NaN where either is less than `LITTLE`.
     angle: float
+    #: cm, of the displacements.
     distance_simulated: float
     distance_real: float
+    #: cm, between the two ends.
     end_point_error: float
+    #: cm, root of the mean squared distance over time; tracks are straight between their points.
     rms_error: float
 
 
-def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> Compared:
+def compare(real: RealTrack, simulated: Array, per_cycle: int) -> Compared:
     """Hold a real track against the simulated one of the same design.
 
     That is x, y in cm from the start, shape (m, 2), with `per_cycle` samples in each cycle, and at
@@ -66,36 +59,29 @@ def compare(real: RealTrack, simulated: NDArray[np.float64], per_cycle: int) -> 
     times = np.union1d(own[own <= end], real.cycle)
     ours, theirs = track_at(times, own, simulated), track_at(times, real.cycle, real.position)
     apart = theirs - ours
-    there, here = theirs[-1], ours[-1]
+    a, b = apart[:-1], apart[1:]
+    squares = ((a * a + a * b + b * b) / 3).sum(axis=1)  # exact where both are straight
+    simulated_heading, real_heading = heading(ours[-1]), heading(theirs[-1])
     return Compared(
-        design=real.design,
-        trial=real.trial,
-        cycles=end,
-        heading_simulated=heading(here),
-        heading_real=heading(there),
-        angle=abs((heading(there) - heading(here) + 180) % 360 - 180),
-        distance_simulated=float(np.hypot(*here)),
-        distance_real=float(np.hypot(*there)),
-        end_point_error=float(np.hypot(*apart[-1])),
-        rms_error=_root_mean_square(times, apart),
+        real.design,
+        real.trial,
+        end,
+        simulated_heading,
+        real_heading,
+        abs((real_heading - simulated_heading + 180) % 360 - 180),
+        float(np.hypot(*ours[-1])),
+        float(np.hypot(*theirs[-1])),
+        float(np.hypot(*apart[-1])),
+        float(np.sqrt(np.sum(squares * np.diff(times)) / end)),
     )
 
 
-def track_at(
-    times: NDArray[np.float64], own: NDArray[np.float64], position: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def track_at(times: Array, own: Array, position: Array) -> Array:
     """Return where a track is at some times, shape (m, 2), straight between its own points."""
-    return np.stack([np.interp(times, own, position[:, axis]) for axis in range(2)], axis=1)
+    return np.stack([np.interp(times, own, along) for along in position.T], axis=1)
 
 
-def _root_mean_square(times: NDArray[np.float64], apart: NDArray[np.float64]) -> float:
-    """Return the root of the time's mean of the squared length, linear between the times."""
-    a, b = apart[:-1], apart[1:]
-    squares = ((a * a + a * b + b * b) / 3).sum(axis=1)  # exact where both are straight
-    return float(np.sqrt(np.sum(squares * np.diff(times)) / (times[-1] - times[0])))
-
-
-def heading(displacement: NDArray[np.float64]) -> float:
+def heading(displacement: Array) -> float:
     """Return where a displacement points, degrees from +x towards +y; NaN below `LITTLE`."""
     x, y = displacement
     return math.degrees(math.atan2(y, x)) if math.hypot(x, y) >= LITTLE else math.nan
@@ -105,38 +91,17 @@ def as_csv(rows: Iterable[Compared]) -> bytes:
     """Return the comparisons as CSV, numbers to six figures, nothing for NaN."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in fields(Compared))
-    for row in rows:
-        values = asdict(row).values()
-        writer.writerow(
-            ("" if math.isnan(value) else f"{value:.6g}") if isinstance(value, float) else value
-            for value in values
-        )
+    writer.writerow(Compared._fields)
+    for number, trial, *values in rows:
+        shown = ("" if math.isnan(value) else f"{value:.6g}" for value in values)
+        writer.writerow([number, trial, *shown])
     return text.getvalue().encode()
 
 
 def as_lines(rows: Iterable[Compared]) -> list[str]:
     """Return the comparisons for people."""
-    lines = [
-        f"{'design':>6}  {'trial':12}  {'cycles':>6}  {'heading':>8}  {'real':>6}  {'angle':>6}  "
-        f"{'distance':>8}  {'real':>6}  {'end error':>9}  {'RMS error':>9}"
-    ]
-    for row in rows:
-        lines.append(
-            f"{row.design:6}  {short(row.trial):12}  {row.cycles:6.4g}  "
-            f"{_degrees(row.heading_simulated):>8}  {_degrees(row.heading_real):>6}  "
-            f"{_degrees(row.angle):>6}  "
-            f"{row.distance_simulated:8.2f}  {row.distance_real:6.2f}  "
-            f"{row.end_point_error:9.2f}  {row.rms_error:9.2f}"
-        )
-    return [
-        *lines,
-        f"headings and angles in degrees (-: went less than {LITTLE:g}), the rest in cm",
-    ]
-
-
-def _degrees(value: float) -> str:
-    return "-" if math.isnan(value) else f"{value:.1f}"
+    shown = (row._replace(trial=short(row.trial)) for row in rows)
+    return [HEAD, *(ROW.format(*row) for row in shown), FOOT]
 
 
 def short(text: str, width: int = 12) -> str:

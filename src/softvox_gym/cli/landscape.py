@@ -16,7 +16,7 @@ from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.analysis import Analysis, analyse
 from softvox_gym.landscapes.section import Column, Section
-from softvox_gym.landscapes.table import N_DESIGNS, Table, compute
+from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, compute
 from softvox_gym.manifest import digest, provenance
 from softvox_gym.progress import Progress
 
@@ -100,17 +100,15 @@ def run(args: Namespace) -> int:
 
 def facts(table: Table) -> dict[str, Any]:
     """Return what the manifest says of the table itself."""
-    best = [
-        {"design": int(row["design"]), "digits": str(row["digits"]), "fitness": row["fitness"]}
-        for row in ranking(table)[:1]
-    ]
+    names = ["design", "digits", "fitness"]
+    best = [dict(zip(names, row, strict=True)) for row in ranking(table)[:1][names].tolist()]
     assert table.physics is not None
     return {
         "physics": table.physics.to_dict(),
         "n_designs": len(table),
         "n_diverged": int(table["diverged"].sum()),
         "best": best[0] if best else None,
-        "digest": digest(np.stack([table[name] for name in ("dx", "dy", "dz")], axis=1)),
+        "digest": digest(np.stack([table[name] for name in AXES], axis=1)),
     }
 
 
@@ -140,18 +138,16 @@ def summary(table: Table, manifest: dict[str, Any]) -> str:
     """Return the ten best, and the time beside the paper's."""
     names = ("design", "digits", "fitness", "dx", "dy")
     best = enumerate(ranking(table)[:BEST][list(names)].tolist(), start=1)
-    spec = {"fitness": ".4f", "dx": ".4f", "dy": ".4f"}
-    columns = [Column(name, name, spec.get(name, "")) for name in ("rank", *names)]
+    columns = [Column(name, name) for name in ("rank", *names[:2])]
+    columns += [Column(name, name, ".4f") for name in names[2:]]
     times = PAPER_CPU_HOURS * 3600 / manifest["cpu_seconds"]
     diverged = manifest["n_diverged"]
-    return "\n".join(
-        [
-            Section(columns=columns, rows=[(rank, *row) for rank, row in best]).text(),
-            "",
-            f"{len(table)} designs in {manifest['seconds']:.1f} s"
-            + (f", of which {diverged} diverged" if diverged else "")
-            + f" ({manifest['cpu_seconds']:.1f} CPU-seconds, {manifest['instruction_set']},"
-            f" {manifest['threads']} threads)",
-            f"the paper's {PAPER_CPU_HOURS} CPU-hours are {float(f'{times:.2g}'):,.10g} times that",
-        ]
+    lost = f", of which {diverged} diverged" if diverged else ""
+    effort = "{cpu_seconds:.1f} CPU-seconds, {instruction_set}, {threads} threads".format(
+        **manifest
     )
+    return f"""\
+{Section(columns=columns, rows=[(rank, *row) for rank, row in best]).text()}
+
+{len(table)} designs in {manifest["seconds"]:.1f} s{lost} ({effort})
+the paper's {PAPER_CPU_HOURS} CPU-hours are {float(f"{times:.2g}"):,.10g} times that"""

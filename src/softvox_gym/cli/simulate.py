@@ -90,7 +90,8 @@ def run(args: Namespace) -> int:
     if args.frames:
         with bad_input("--frames"):
             check_file(args.frames, force=args.force)
-        every = args.every or _default_every(physics)
+        steps_per_cycle = 1 / (float(physics.frequency_hz) * float(physics.time_step))
+        every = args.every or max(1, round(steps_per_cycle / FRAMES_PER_CYCLE))
         _check_frames(design, physics, every)
     with bad_input():
         result = simulate(design, physics, track=1, frames=every, threads=args.threads)
@@ -102,14 +103,8 @@ def run(args: Namespace) -> int:
 
 
 def design_of(text: str, shape: tuple[int, int, int]) -> Design:
-    """Return the design that a number or digits on the command line stand for.
-
-    Raises
-    ------
-    BadInputError
-        Where they are neither, or the lattice is too large.
-    """
-    with bad_input():
+    """Return the design that a number or digits stand for; BadInputError where they are neither."""
+    with bad_input("--shape:"):
         lattice = Lattice.of(shape)
     try:
         is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
@@ -133,21 +128,14 @@ def _check_frames(design: Design, physics: Physics, every: int) -> None:
         )
 
 
-def _default_every(physics: Physics) -> int:
-    steps = 1 / (float(physics.frequency_hz) * float(physics.time_step))
-    return max(1, round(steps / FRAMES_PER_CYCLE))
-
-
 def frames_archive(result: Result) -> bytes:
     """Return the frames of a single design as the bytes of a numpy archive."""
-    frames = result.frames
-    assert frames is not None
-    archive = io.BytesIO()
-    names = ("time", "position", "quaternion", "edge")
-    arrays = {name: getattr(frames, name)[0] for name in names}
+    assert result.frames is not None
+    arrays = vars(result.frames)
+    arrays = {name: values if name == "step" else values[0] for name, values in arrays.items()}
     physics = np.array(json.dumps(result.physics.to_dict()))
-    digits = result.designs[0]
-    np.savez_compressed(archive, step=frames.step, **arrays, digits=digits, physics=physics)
+    archive = io.BytesIO()
+    np.savez_compressed(archive, **arrays, digits=result.designs[0], physics=physics)
     return archive.getvalue()
 
 
@@ -172,19 +160,16 @@ def as_text(result: Result) -> str:
     """Return the result for people."""
     design = result.design(0)
     dx, dy, dz = result.displacement[0]
-    return "\n".join(
-        [
-            f"design        {'-' if (number := _number(design)) is None else number}",
-            f"digits        {design.digits}",
-            f"shape         {' x '.join(map(str, design.shape))}",
-            f"voxels        {design.n_voxels}, {design.n_active} active",
-            f"diverged      {'yes' if result.diverged[0] else 'no'}",
-            f"fitness       {result.fitness[0]:.6f} voxel widths",
-            f"displacement  {dx:.6f} {dy:.6f} {dz:.6f}",
-            "",
-            track(result).text(),
-        ]
-    )
+    return f"""\
+design        {"-" if (number := _number(design)) is None else number}
+digits        {design.digits}
+shape         {" x ".join(map(str, design.shape))}
+voxels        {design.n_voxels}, {design.n_active} active
+diverged      {"yes" if result.diverged[0] else "no"}
+fitness       {result.fitness[0]:.6f} voxel widths
+displacement  {dx:.6f} {dy:.6f} {dz:.6f}
+
+{track(result).text()}"""
 
 
 def as_json(result: Result) -> str:

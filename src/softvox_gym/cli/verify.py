@@ -86,8 +86,7 @@ def as_json(rows: list[Row], isa: str) -> str:
     """Return the table as JSON; null for a difference that is no number."""
     table = [asdict(row) for row in rows]
     for row in table:
-        if row["largest"] is not None and not isfinite(row["largest"]):
-            row["largest"] = None
+        row["largest"] = row["largest"] if isfinite(row["largest"] or 0.0) else None
     data = {
         "version": softvox_gym.__version__,
         "instruction_set": isa,

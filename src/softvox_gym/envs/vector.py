@@ -98,7 +98,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
-        """Start episodes.
+        """Start episodes; return observations and infos.
 
         Parameters
         ----------
@@ -106,10 +106,6 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             Environment i gets seed + i, or its own of the sequence; None leaves its generator.
         options : dict, optional
             "reset_mask": a bool array of shape (num_envs,), which of them to reset.
-
-        Returns
-        -------
-        observations, infos
 
         Raises
         ------
@@ -168,13 +164,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         return self._observations.copy(), rewards, steps, truncations, infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every environment's picture; None without a render mode.
-
-        Raises
-        ------
-        ResetNeeded
-            Before the first reset.
-        """
+        """Return every environment's picture; None without a render mode."""
         if not self._has_reset.all():
             raise ResetNeeded("cannot call render() before reset()")
         if self.render_mode is None:
@@ -199,12 +189,8 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             final = np.full(self.num_envs, None, dtype=object)
             for i in which:
                 final[i] = self._observations[i].copy()
-            infos = {
-                "final_obs": final,
-                "_final_obs": steps.copy(),
-                "final_info": infos,
-                "_final_info": steps.copy(),
-            }
+            infos = {"final_obs": final, "final_info": infos}
+            infos |= {"_final_obs": steps.copy(), "_final_info": steps.copy()}
         return rewards, infos
 
     def _start_anew(self, which: NDArray[np.bool_]) -> None:

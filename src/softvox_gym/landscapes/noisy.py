@@ -19,19 +19,8 @@ STATISTICS = "noise.npz"
 #: Levels of `softvox_gym.noise.Jakobi` that the table has.
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
 
-ROW = np.dtype(
-    [
-        ("design", np.int64),
-        ("mean", np.float64),
-        ("std", np.float64),
-        ("q10", np.float64),
-        ("min", np.float64),
-        ("p_diverged", np.float64),
-        ("dx", np.float64),
-        ("dy", np.float64),
-        ("draws", np.int64),
-    ]
-)
+_NUMBERS = ("mean", "std", "q10", "min", "p_diverged", "dx", "dy")
+ROW = np.dtype([("design", "i8"), *((name, "f8") for name in _NUMBERS), ("draws", "i8")])
 
 
 def noisy_landscape(level: float = 1.0) -> Table:
@@ -77,8 +66,7 @@ def _measured() -> dict[str, NDArray[np.void]]:
 def _exact() -> NDArray[np.void]:
     exact = landscape()
     rows = np.zeros(N_DESIGNS, dtype=ROW)
-    for name in ("mean", "q10", "min"):
-        rows[name] = exact["fitness"]
+    rows["mean"] = rows["q10"] = rows["min"] = exact["fitness"]
     for name in ("design", "dx", "dy"):
         rows[name] = exact[name]
     rows["draws"] = 1

@@ -64,11 +64,6 @@ class Section:
     document: int | None = None
     is_transposed: bool = False
 
-    def column(self, key: str) -> list[Any]:
-        """Return a column's values."""
-        at = [column.key for column in self.columns].index(key)
-        return [row[at] for row in self.rows]
-
     def records(self) -> list[dict[str, Any]]:
         """Return the rows as dicts."""
         keys = [column.key for column in self.columns]

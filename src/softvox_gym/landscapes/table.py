@@ -39,20 +39,11 @@ TRACKS = "landscape.npz"
 #: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
 FORMAT = 1
 
+AXES = ("dx", "dy", "dz")
+_BODY = [("n_voxels", "i8"), ("n_active", "i8"), ("is_connected", "?")]
+_NUMBERS = [(name, "f8") for name in (*AXES, "fitness")]
 ROW = np.dtype(
-    [
-        ("design", np.int64),
-        ("digits", "U8"),
-        ("n_voxels", np.int64),
-        ("n_active", np.int64),
-        ("is_connected", np.bool_),
-        ("dx", np.float64),
-        ("dy", np.float64),
-        ("dz", np.float64),
-        ("fitness", np.float64),
-        ("diverged", np.bool_),
-        ("steps", np.int64),
-    ]
+    [("design", "i8"), ("digits", "U8"), *_BODY, *_NUMBERS, ("diverged", "?"), ("steps", "i8")]
 )
 
 #: Rows at the beginning and at the end that a table shows of itself.
@@ -106,14 +97,12 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
 
     def section(self) -> Section:
         """Return the table as one that can be written as CSV."""
-        names = self.dtype.names or ()
+        titles = {
+            name: name.removeprefix("n_").removeprefix("is_") for name in self.dtype.names or ()
+        }
+        specs = {"f": ".4f"}
         columns = [
-            Column(
-                name,
-                name.removeprefix("n_").removeprefix("is_"),
-                ".4f" if self.dtype[name].kind == "f" else "",
-            )
-            for name in names
+            Column(*names, specs.get(self.dtype[names[0]].kind, "")) for names in titles.items()
         ]
         return Section(columns=columns, rows=self.tolist())
 
@@ -188,7 +177,7 @@ def _table(physics: Physics, displacement: NDArray[np.float64], steps: NDArray[n
     rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
     for name, values in bodies()._asdict().items():
         rows[name] = values
-    for axis, name in enumerate(("dx", "dy", "dz")):
+    for axis, name in enumerate(AXES):
         rows[name] = displacement[:, axis]
     rows["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
     rows["diverged"] = np.isnan(rows["fitness"])
@@ -203,20 +192,15 @@ def bodies() -> BodyFacts:
 
 
 class Tracks(NamedTuple):
-    """What the engine made of every design under `Physics.published`, in order.
+    """What the engine made of every design under `Physics.published`, in order; read-only."""
 
-    track : ndarray, shape (6561, 16, 3)
-        As `Result.track` with one sample per cycle.
-    steps : ndarray of int32, shape (6561,)
-    """
-
-    track: NDArray[np.float64]
-    steps: NDArray[np.int32]
+    track: NDArray[np.float64]  # (6561, 16, 3), as `Result.track` with one sample per cycle
+    steps: NDArray[np.int32]  # (6561,)
 
 
 @lru_cache(maxsize=1)
 def tracks() -> Tracks:
-    """Return the movement track and the steps of every design; read-only."""
+    """Return the movement track and the steps of every design."""
     with (COMPUTED / TRACKS).open("rb") as file, np.load(file) as archive:
         made = Tracks(archive["track"], archive["steps"])
     for values in made:
@@ -225,12 +209,7 @@ def tracks() -> Tracks:
 
 
 def looked_up(stack: NDArray[np.uint8]) -> Evaluation:
-    """Return what `softvox_gym.evaluate` would of designs under `Physics.published`.
-
-    Parameters
-    ----------
-    stack : ndarray of uint8, shape (n, 2, 2, 2)
-    """
+    """Return what `evaluate` would of designs, shape (n, 2, 2, 2), under `Physics.published`."""
     design = LATTICE.numbers(LATTICE.to_rows(stack))
     track, steps = tracks()
     end = track[design, -1]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import engine
 from softvox_gym.design import Design
-from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.landscapes.table import AXES, N_DESIGNS
 from softvox_gym.manifest import digest
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
@@ -55,17 +55,9 @@ FAMILIES = {
     "phase222": "phase offsets",
 }
 
-WHERE = ("dx", "dy", "dz")
-
 
 def checks(*, threads: int | None = None) -> Iterator[Row]:
-    """Yield the agreement table row by row, as it is computed.
-
-    Parameters
-    ----------
-    threads : int, optional
-        As for `simulate`.
-    """
+    """Yield the agreement table row by row, as it is computed; threads as for `simulate`."""
     landscape = simulate(np.arange(N_DESIGNS), threads=threads)
     yield published_top100(landscape.fitness, records("published_top100.csv"))
     yield golden(landscape.displacement)
@@ -105,7 +97,7 @@ def sample(
     displacement: NDArray[np.float64], tenth: Records, *, threads: int | None = None
 ) -> Iterator[Row]:
     """Compare the published landscape, shape (6561, 3), with a tenth of the authors'."""
-    chosen, wanted = np.array(designs(tenth)), numbers(tenth, *WHERE)
+    chosen, wanted = np.array(designs(tenth)), numbers(tenth, *AXES)
     linkless, sensitive = flags(tenth, "linkless"), flags(tenth, "sensitive")
     difference = differences(displacement[chosen], wanted)
 
@@ -157,7 +149,7 @@ def lattices(cases: Sequence[Mapping[str, Any]], *, threads: int | None = None) 
 
 def compare_runs(result: Result, rows: Sequence[Mapping[str, Any]]) -> NDArray[np.float64]:
     """Return the differences in displacement; NaN where the steps are not even the same."""
-    difference = differences(result.displacement, numbers(rows, *WHERE))
+    difference = differences(result.displacement, numbers(rows, *AXES))
     steps, time_step = numbers(rows, "steps", "time_step").T
     same = (result.steps == steps) & np.isclose(result.physics.time_step, time_step, 1e-14, 0)
     return np.where(same, difference, np.nan)

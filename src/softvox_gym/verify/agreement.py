@@ -59,16 +59,9 @@ def judge(
     verdicts: tuple[str, str] = (OK, FAILED),
     note: str = "",
 ) -> Row:
-    """Hold differences against a tolerance; a NaN is above it.
+    """Hold differences, shape (n,), against a tolerance; a NaN is above it.
 
-    Parameters
-    ----------
-    name : str
-    difference : array_like, shape (n,)
-    tolerance : float
-    verdicts : (str, str)
-        Where all are within the tolerance, and where one is not.
-    note : str
+    The verdicts are for where all are within the tolerance, and where one is not.
     """
     values = np.asarray(difference, dtype=np.float64)
     agree = int(np.count_nonzero(values <= tolerance))
@@ -78,6 +71,4 @@ def judge(
 
 def differences(found: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
     """Return the largest absolute difference in each row; NaN where a number is missing."""
-    difference: NDArray[np.float64] = np.abs(np.asarray(found) - np.asarray(wanted))
-    largest: NDArray[np.float64] = difference.max(axis=1)
-    return largest
+    return np.asarray(np.abs(np.subtract(found, wanted)).max(axis=1))

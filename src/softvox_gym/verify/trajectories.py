@@ -23,14 +23,7 @@ def trajectories(
     """Compare positions and edges of every voxel, in voxel widths, with the carried trajectories.
 
     Each design runs at the time step of its file, which is a tenth of the usual one for those whose
-    voxels do not touch.
-
-    Parameters
-    ----------
-    sensitive : collection of int
-        Designs to report only.
-    tolerance : float
-    threads : int, optional
+    voxels do not touch. Sensitive designs are reported only.
     """
     names = trajectory_names()
     files = [records(f"trajectories/{name}.csv") for name in names]

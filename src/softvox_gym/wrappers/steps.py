@@ -38,16 +38,9 @@ class Wrapping:
     def after(
         self, action: Action, rewards: Array, infos: Columns, generators: Generators
     ) -> tuple[Array, Columns]:
-        """Return rewards, and the infos that change.
+        """Return rewards, shape (n,), and the infos that change, each of shape (n, ...).
 
-        Parameters
-        ----------
-        action : Action
-            As it came from outside.
-        rewards : ndarray, shape (n,)
-        infos : dict of ndarray, each of shape (n, ...)
-        generators : callable () -> sequence of Generator
-            Of the n environments.
+        The action is the one from outside, the generators are those of the n environments.
         """
         return rewards, {}
 
@@ -127,23 +120,12 @@ class MeasuredStep(Wrapping):
 
 
 def evaluator_of(env: Any, wrapper: str) -> Evaluator:
-    """Return the evaluator of the environment in a chain's middle.
-
-    Raises
-    ------
-    TypeError
-        Where that is no environment of this package.
-    """
+    """Return the evaluator of an environment; TypeError where it is none of this package."""
     evaluator = getattr(env.unwrapped, "evaluator", None)
     if not isinstance(evaluator, Evaluator):
-        around = (
-            "; put it around the single environments before they are made one, "
-            "gym.make_vec(..., wrappers=[...])"
-            if hasattr(env, "num_envs")
-            else ""
-        )
         raise TypeError(
-            f"{wrapper} works on this package's environments, got {env.unwrapped}{around}"
+            f"{wrapper} works on this package's environments, got {env.unwrapped}; put it around "
+            "the single environments of another vector, gym.make_vec(..., wrappers=[...])"
         )
     return evaluator
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import re
 import signal
+import socket
 import threading
 import webbrowser
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from typing import Any
 
 from softvox_gym.cli.parser import add_threads
@@ -37,7 +36,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--port",
-        type=_port,
+        type=int,
         default=PORT,
         metavar="N",
         help="to serve at; 0 for any that is free (default: %(default)s)",
@@ -56,38 +55,27 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(run=run, parser=parser)
 
 
-def _port(text: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,5}", text) or int(text) > 65535:
-        raise ArgumentTypeError(f"must be a whole number from 0 to 65535, got {text!r}")
-    return int(text)
-
-
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
     try:
         from softvox_view.explore.app import Explorer
-        from softvox_view.explore.recorded import Recorded
-        from softvox_view.explore.server import Server
     except ModuleNotFoundError as error:
         raise BadInputError(missing("explore", error, ("starlette", "uvicorn"))) from error
-    results = {name: Recorded.of(made) for name, made in read_results(args.results).items()}
-
-    explorer = Explorer(threads=args.threads, results=results)
+    explorer = Explorer(threads=args.threads, results=read_results(args.results))
     try:
-        server = Server(explorer, args.port)
-    except OSError as error:
+        listener = socket.create_server(("127.0.0.1", args.port), backlog=128)
+    except (OSError, OverflowError) as error:
         raise BadInputError(
-            f"--port: port {args.port} can't be had: {os.strerror(error.errno or 0)}; choose "
-            "another, or --port 0 for any that is free"
+            f"--port {args.port}: {error}; choose another, or 0 for any that is free"
         ) from error
     state = args.state.rpartition("#")[2]
-    address = server.address + (f"#{state}" if state else "")
+    address = f"http://127.0.0.1:{listener.getsockname()[1]}/" + (f"#{state}" if state else "")
     try:
         print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
         if not args.no_browser:
             # Some browsers keep their caller waiting, and the server must answer meanwhile.
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        server.serve_until_stopped()
+        explorer.server().run(sockets=[listener])
     except Stopped as stop:
         if stop.number != signal.SIGINT:
             raise

@@ -1,36 +1,39 @@
-"""The server's answers: a Starlette application."""
+"""The server: answers this machine's own browser tabs, and nobody else."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-import logging
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import uvicorn
 from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response, StreamingResponse
+from starlette.responses import HTMLResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 import softvox_gym
-from softvox_gym import Design, Physics, Result, engine, simulate
+from softvox_gym import Result, noisy_landscape, simulate
 from softvox_gym.engine import Progress
-from softvox_gym.physics import ACTUATIONS
+from softvox_gym.physics import ACTUATIONS, ParameterError
 from softvox_gym.rendering import png
 from softvox_view import replay
 from softvox_view.explore import landscapes, paths, requests
-from softvox_view.explore.guard import Guard
 from softvox_view.explore.landscapes import listed
-from softvox_view.explore.recorded import Recorded
-from softvox_view.explore.requests import PHYSICS, BadRequestError
+from softvox_view.explore.requests import PHYSICS
+from softvox_view.tessellation import SIDE, design_at
 
-#: Computations at once, of all tabs; others wait.
-MOST = 16
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
 
 #: s between looks at how far a computation is.
 POLL_SECONDS = 0.05
@@ -38,11 +41,52 @@ POLL_SECONDS = 0.05
 #: Of a recording, and how many it has at least and at most, whatever the frequency.
 FRAMES_PER_CYCLE, FEWEST_FRAMES, MOST_FRAMES = 20, 100, 600
 
-Work = Callable[[Progress], dict[str, Any]]
+HOSTS = ("127.0.0.1", "localhost")
+
+HEADERS = {
+    "content-security-policy": (
+        "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "cross-origin-resource-policy": "same-origin",
+    "x-content-type-options": "nosniff",
+    "cache-control": "no-cache",
+}
+
+Query = Mapping[str, str]
+Answer = dict[str, Any]
+Work = Callable[[Query, Progress], Answer]
 
 
-class CancelledError(Exception):
-    """The computation is no longer wanted."""
+class UnwantedError(Exception):
+    """Nobody waits for the computation any more."""
+
+
+class Guard:
+    """Middleware that refuses other sites, and adds headers that browsers heed.
+
+    Binding to loopback keeps other machines out, but a page anywhere can send requests to
+    127.0.0.1. To follow a link to the page itself, as shared states are, is no attack.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or answer it with 403."""
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(HEADERS)
+            await send(message)
+
+        headers = Headers(scope=scope)
+        own = f"http://{headers.get('host')}"
+        is_own = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
+        answer = self._app
+        if headers.get("origin", own) != own or (scope["path"].startswith("/api") and not is_own):
+            answer = PlainTextResponse("another site may not use this server", status_code=403)
+        await answer(scope, receive, with_headers)
 
 
 class Explorer:
@@ -51,177 +95,154 @@ class Explorer:
     Parameters
     ----------
     threads : int, optional
-        Of the engine, shared by all that computes landscapes; all processors where None.
-    results : dict of Recorded, optional
+        Of the engine, for a landscape; all processors where None.
+    results : dict of Results, optional
         Folders of results whose paths can be shown, by name.
     """
 
     def __init__(
-        self, *, threads: int | None = None, results: Mapping[str, Recorded] | None = None
+        self, *, threads: int | None = None, results: Mapping[str, Results] | None = None
     ) -> None:
         self.running = 0
-        self.stopping = threading.Event()
-        self._threads = threads or engine.default_threads()
+        self._threads = threads
         self._results = results or {}
-        self._pool = ThreadPoolExecutor(max_workers=MOST)
+        self._runs = {name: paths.runs_of(found) for name, found in self._results.items()}
+        works = (self.start, self.recording, self.landscape, self.path)
+        self._works: dict[str, Work] = {work.__name__: work for work in works}
         self.app = Starlette(
             routes=[
-                *(
-                    Route(f"/api/{name}", getattr(self, name))
-                    for name in ("about", "atlas", "robots")
-                ),
                 Route("/api/replay.html", self.replay),
                 Route("/api/still.png", self.still),
-                Route("/api/landscape", self.landscape),
-                Route("/api/path", self.path),
+                Route("/api/{name}", self.answer),
                 Mount("/player", StaticFiles(packages=[("softvox_view.replay", "assets")])),
                 Mount("/", StaticFiles(packages=[("softvox_view.explore", "assets")], html=True)),
             ],
-            middleware=[Middleware(Guard)],
-            exception_handlers={BadRequestError: _bad_request},
+            middleware=[
+                Middleware(Guard),
+                Middleware(TrustedHostMiddleware, allowed_hosts=HOSTS),
+            ],
+            exception_handlers={ParameterError: _refused},
         )
 
-    def about(self, request: Request) -> Response:
-        """Say what can be asked for."""
-        return JSONResponse(
-            {
-                "version": softvox_gym.__version__,
-                "sliders": requests.SLIDERS,
-                "actuations": ACTUATIONS,
-                "searchers": paths.searchers(),
-                "most_budget": requests.MOST_BUDGET,
-                "results": {name: list(found.runs) for name, found in self._results.items()},
-            }
+    def server(self) -> uvicorn.Server:
+        """Return what serves the app until a signal; answers under way then get a second to end."""
+        return uvicorn.Server(
+            uvicorn.Config(
+                self.app,
+                ws="none",
+                lifespan="off",
+                log_level="critical",
+                timeout_graceful_shutdown=1,
+            )
         )
 
-    def atlas(self, request: Request) -> Response:
-        """Return all about the published landscape."""
-        return JSONResponse(landscapes.atlas())
+    def start(self, query: Query, progress: Progress) -> Answer:
+        """Say what can be asked for, and all about the published landscape.
 
-    def robots(self, request: Request) -> Response:
-        """Simulate one design or two, and return what became of them, with their recording."""
-        result, warnings, _ = _simulated(request)
-        columns = (*result.displacement.T, result.fitness)
-        numbers = zip(*map(listed, columns), strict=True)
-        robots = [
-            {"design": Design(digits).index, "digits": Design(digits).digits}
-            | dict(zip(("dx", "dy", "dz", "fitness"), values, strict=True))
-            for digits, values in zip(result.designs, numbers, strict=True)
-        ]
-        recording = replay.recording(result)
-        return JSONResponse({"robots": robots, "recording": recording, "warnings": warnings})
+        cells has the design of every cell of the map, row by row from the bottom; noise is the mean
+        fitness under noise of level 1, by design.
+        """
+        table = softvox_gym.landscape()
+        row, column = np.divmod(np.arange(len(table)), SIDE)
+        return {
+            "side": SIDE,
+            "cells": design_at(row, column).tolist(),
+            **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
+            "noise": listed(noisy_landscape(1.0)["mean"]),
+            **landscapes.values_of(table),
+            "version": softvox_gym.__version__,
+            "sliders": requests.SLIDERS,
+            "actuations": ACTUATIONS,
+            "searchers": paths.searchers(),
+            "results": {name: list(runs) for name, runs in self._runs.items()},
+        }
+
+    def recording(self, query: Query, progress: Progress) -> Answer:
+        """Simulate one design or two, and return their recording."""
+        return replay.recording(_simulated(query))
+
+    def landscape(self, query: Query, progress: Progress) -> Answer:
+        """Compute the landscape under some physics."""
+        physics, warnings = requests.physics_of(requests.read(query, also=PHYSICS))
+        values = landscapes.landscape(physics, threads=self._threads, progress=progress)
+        return {"values": values, "warnings": warnings}
+
+    def path(self, query: Query, progress: Progress) -> Answer:
+        """Let a searcher search, or read what one did."""
+        asked = requests.read(query, needed=("searcher", "seed", "budget"), also=("results",))
+        searcher, name = asked["searcher"], asked.get("results", "")
+        how = {key: int(asked[key]) for key in ("seed", "budget")}
+        if not name:
+            return paths.search(searcher, **how, progress=progress)
+        if name not in self._results:
+            remedy = "softvox explore --results DIR adds some"
+            raise ParameterError("results", f"{name[:60]!r} are not there; {remedy}")
+        return paths.recorded(self._results[name], self._runs[name], searcher, **how)
 
     def replay(self, request: Request) -> Response:
         """Return a replay as a page to keep."""
-        result, _, changes = _simulated(request)
-        content = replay.page(replay.recording(result), replay.still(result))
-        name = "-".join(str(Design(digits).index) for digits in result.designs)
-        name += "".join(f"_{key}_{_short(value)}" for key, value in changes.items())
-        headers = {"content-disposition": f'attachment; filename="replay-{name}.html"'}
-        return Response(content, media_type="text/html", headers=headers)
+        result = _simulated(request.query_params)
+        return HTMLResponse(replay.page(replay.recording(result), replay.still(result)))
 
     def still(self, request: Request) -> Response:
         """Return a picture, for browsers that can't show the replay."""
-        result, _, _ = _simulated(request)
-        return Response(png(replay.still(result)), media_type="image/png")
+        picture = png(replay.still(_simulated(request.query_params)))
+        return Response(picture, media_type="image/png")
 
-    async def landscape(self, request: Request) -> Response:
-        """Compute the landscape under some physics; lines of JSON say how it goes."""
-        physics, warnings = requests.physics_of(requests.read(request.query_params, also=PHYSICS))
+    async def answer(self, request: Request) -> Response:
+        """Answer with server-sent events: see `_events`."""
+        work = self._works.get(request.path_params["name"])
+        if work is None:
+            raise HTTPException(404)
+        events = self._events(work, request.query_params)
+        return StreamingResponse(events, media_type="text/event-stream")
 
-        def work(progress: Progress) -> dict[str, Any]:
-            threads = max(1, self._threads // self.running)
-            values = landscapes.landscape(physics, threads=threads, progress=progress)
-            return {"values": values, "warnings": warnings}
+    async def _events(self, work: Work, query: Query) -> AsyncIterator[str]:
+        """Do some work in a thread, and yield how it goes as events in JSON.
 
-        return self._streamed(work)
-
-    async def path(self, request: Request) -> Response:
-        """Let a searcher search, or read what one did; lines of JSON say how it goes."""
-        asked = requests.read(
-            request.query_params, needed=("searcher", "seed", "budget"), also=("results",)
-        )
-        searcher, seed, budget = asked["searcher"], asked["seed"], asked["budget"]
-        name = asked.get("results", "")
-        if not name:
-            return self._streamed(
-                lambda progress: paths.search(searcher, seed=seed, budget=budget, progress=progress)
-            )
-        if name not in self._results:
-            raise BadRequestError(
-                f"there are no results {name[:60]!r}; softvox explore --results DIR adds some",
-                "results",
-            )
-        run = self._results[name].run(searcher, seed)
-        return self._streamed(lambda _: self._results[name].path(run, budget))
-
-    def _streamed(self, work: Work) -> Response:
-        return StreamingResponse(self._lines(work), media_type="application/x-ndjson")
-
-    async def _lines(self, work: Work) -> AsyncIterator[str]:
-        """Do some work in a thread, and yield how it goes as lines of JSON.
-
-        These have the key "event": progress (done, total), then done (with what the work returned)
-        or error (with error, a line). A reader who goes away ends the work at its next progress.
+        These have the key progress, [done, total], time and again; the last has answer, what the
+        work returned, or error, a line, perhaps with the parameter that is wrong. A reader who
+        goes away ends the work at its next progress.
         """
-        far: list[tuple[int, int]] = []
+        far: list[int] = []
         is_unwanted = threading.Event()
 
-        def progress(done: int, total: int) -> None:
-            if is_unwanted.is_set() or self.stopping.is_set():
-                raise CancelledError
-            far[:] = [(done, total)]
+        def progress(*now: int) -> None:
+            if is_unwanted.is_set():
+                raise UnwantedError
+            far[:] = now
 
         self.running += 1
-        future = asyncio.get_running_loop().run_in_executor(self._pool, work, progress)
+        future = asyncio.get_running_loop().run_in_executor(None, work, query, progress)
         try:
             while not future.done():
                 await asyncio.wait([future], timeout=POLL_SECONDS)
-                while far:
-                    done, total = far.pop()
-                    yield _line("progress", done=done, total=total)
-            try:
-                yield _line("done", **future.result())
-            except CancelledError:
-                return
-            except Exception as error:  # shown on the page, which would otherwise wait for ever
-                logging.getLogger(__name__).debug("a computation failed", exc_info=True)
-                yield _line("error", error=str(error) or type(error).__name__)
+                if far:
+                    yield _event(progress=far)
+            yield _event(answer=future.result())
+        except Exception as error:  # shown on the page, which would otherwise wait for ever
+            parameter = getattr(error, "parameter", None)
+            yield _event(error=str(error) or type(error).__name__, parameter=parameter)
         finally:
             is_unwanted.set()
             future.cancel()
             self.running -= 1
 
-    def close(self) -> None:
-        """End all computations, and wait until they have."""
-        self.stopping.set()
-        self._pool.shutdown(cancel_futures=True)
+
+def _event(**values: Any) -> str:
+    return f"data: {json.dumps(values, allow_nan=False)}\n\n"
 
 
-def _line(event: str, **values: Any) -> str:
-    return json.dumps({"event": event, **values}, allow_nan=False) + "\n"
-
-
-def _short(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
-
-
-def _simulated(request: Request) -> tuple[Result, list[str], dict[str, Any]]:
-    """Simulate the designs of a request with frames for a replay; also its warnings and changes."""
-    asked = requests.read(request.query_params, needed=("design",), also=("compare", *PHYSICS))
-    changes = {name: value for name, value in asked.items() if name in PHYSICS}
-    physics, warnings = requests.physics_of(changes)
-    designs = [asked[name] for name in ("design", "compare") if name in asked]
-    result = simulate(designs, physics, frames=_stride(physics), threads=1)
-    return result, warnings, changes
-
-
-def _stride(physics: Physics) -> int:
-    """Return the steps from frame to frame of a recording."""
+def _simulated(query: Query) -> Result:
+    """Simulate the designs of a request with frames for a replay."""
+    asked = requests.read(query, needed=("design",), also=("compare", *PHYSICS))
+    designs = [asked.pop(name) for name in ("design", "compare") if name in asked]
+    physics, _ = requests.physics_of(asked)
     wish = FRAMES_PER_CYCLE * float(physics.frequency_hz) * float(physics.duration)
     frames = min(max(wish, FEWEST_FRAMES), MOST_FRAMES)
-    return max(1, round(float(physics.duration) / float(physics.time_step) / frames))
+    stride = max(1, round(float(physics.duration) / float(physics.time_step) / frames))
+    return simulate(designs, physics, frames=stride, threads=1)
 
 
-async def _bad_request(_: Request, error: Any) -> Response:
-    return JSONResponse({"error": str(error), "parameter": error.parameter}, status_code=422)
+async def _refused(_: Request, error: Exception) -> Response:
+    return PlainTextResponse(str(error), status_code=422)

@@ -1,26 +1,27 @@
-"""A searcher's path over the map: a live run on the exact table, in a process of its own.
-
-Searchers of other libraries touch the global random state and import for seconds; a process keeps
-that away from the server, and can be ended at once when its result is no longer wanted.
-"""
+"""Searchers' paths over the map: a live run on the exact table, or one that was recorded."""
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import threading
-from contextlib import redirect_stdout
+from collections.abc import Hashable, Mapping
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+import softvox_gym
 from softvox_gym.engine import Progress
-from softvox_gym.missing import missing
+from softvox_gym.physics import ParameterError
 from softvox_view.explore.landscapes import listed
-from softvox_view.explore.requests import BadRequestError
 
-#: s between lines that say how far a search is; as often it is seen whether it is still wanted.
-EVERY_SECONDS = 0.1
+if TYPE_CHECKING:
+    from softvox_search.experiment.results import Results
+
+#: Rows of `Results.runs` by what the page calls the searcher, and by seed.
+Runs = dict[str, dict[int, Mapping[Hashable, Any]]]
+
+#: Searchers of other libraries draw from the global random state, which is one for all threads.
+_one_at_a_time = threading.Lock()
 
 
 def searchers() -> list[str]:
@@ -33,15 +34,7 @@ def searchers() -> list[str]:
 
 
 def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str, Any]:
-    """Let a searcher search, and return its path ready for JSON.
-
-    Parameters
-    ----------
-    name : str
-        One of `searchers`: one's own would be code.
-    seed, budget : int
-    progress : callable (done, total)
-        Called several times a second; an error that it raises ends the search.
+    """Let a searcher of the registry search, and return its path ready for JSON.
 
     Returns
     -------
@@ -51,74 +44,59 @@ def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str
 
     Raises
     ------
-    BadRequestError
-        For an unknown searcher, or where the run fails, as for a library that is not installed.
+    ParameterError
+        For an unknown searcher; one's own would be code. Others as `single.search` does.
     """
     if name not in searchers():
-        raise BadRequestError(
-            f"there is no searcher {name[:60]!r}; the searchers are {', '.join(searchers())}",
-            "searcher",
-        )
-    path: dict[str, Any] = {"error": f"{name} ended without a word"}
-    command = [sys.executable, "-P", "-m", __name__, name, str(seed), str(budget)]
-    with subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-    ) as process:
-        assert process.stdout is not None
-        try:
-            for line in process.stdout:
-                path = json.loads(line)
-                if "done" in path:
-                    progress(path["done"], path["total"])
-        finally:
-            process.kill()
-    if "designs" not in path:
-        raise BadRequestError(path.get("error", f"{name} ended before its result"))
-    return path
-
-
-def main(name: str, seed: int, budget: int) -> None:
-    """Search, and print lines of JSON: how far it is (done, total), then the path or an error."""
-    out, far, ended = sys.stdout, [0, budget], threading.Event()
-
-    def say(what: dict[str, Any]) -> None:
-        print(json.dumps(what), flush=True, file=out)
-
-    def tell() -> None:
-        while not ended.wait(EVERY_SECONDS):
-            say({"done": far[0], "total": far[1]})
-
-    def progress(*now: int) -> None:
-        far[:] = now
-
-    teller = threading.Thread(target=tell)
-    teller.start()
-    with redirect_stdout(sys.stderr):  # what libraries print is not for the reader of the lines
-        try:
-            path = _path(name, seed, budget, progress)
-        except Exception as error:  # whatever a library says, the page is to show
-            path = {"error": str(error).replace("--searcher", "searcher") or type(error).__name__}
-            for cause in (error, error.__cause__):
-                if isinstance(cause, ImportError):
-                    path = {"error": missing(f"searcher {name}", cause)}
-    ended.set()
-    teller.join()
-    say(path)
-
-
-def _path(name: str, seed: int, budget: int, progress: Progress) -> dict[str, Any]:
+        known = ", ".join(searchers())
+        raise ParameterError("searcher", f"{name[:60]!r} is unknown; the searchers are {known}")
     from softvox_search import single
     from softvox_search.oracle import Budget
 
-    found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
-    assert found.truth is not None  # on this lattice it is known
+    with _one_at_a_time:
+        found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
+    return _path(found.columns, found.design.index)
+
+
+def _path(log: Mapping[str, Any], recommended: int) -> dict[str, Any]:
+    published = softvox_gym.landscape()["fitness"]
     return {
-        "designs": found.columns["design"].tolist(),
-        "fitness": listed(found.columns["fitness"]),
-        "recommended": found.design.index,
-        "rank": found.truth.rank,
+        "designs": log["design"].tolist(),
+        "fitness": listed(log["fitness"]),
+        "recommended": recommended,
+        "rank": 1 + int((published > published[recommended]).sum()),
     }
 
 
-if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+def runs_of(results: Results) -> Runs:
+    """Return the finished runs of a folder on the lattice that the map is of.
+
+    They are called by their searcher, with what it was put to where that differs.
+    """
+    table = results.runs
+    mine = table[(table["status"] == "ok") & (table["shape"] == "2x2x2")]
+    has_physics = mine["physics"].nunique() > 1
+    runs: Runs = {}
+    for row in mine.to_dict("records"):
+        level = "" if np.isnan(row["level"]) else f"noise {row['level']:g}"
+        parts = (row["searcher"], row["physics"] if has_physics else "", level, row["policy"])
+        runs.setdefault(" · ".join(filter(None, parts)), {})[row["seed"]] = row
+    return runs
+
+
+def recorded(
+    results: Results, runs: Runs, searcher: str, *, seed: int, budget: int
+) -> dict[str, Any]:
+    """Return a run's first evaluations as a path: see `search`; total has all of them.
+
+    Fitness is as the searcher was told; the rank is that in the published landscape.
+    """
+    if searcher not in runs:
+        raise ParameterError("searcher", f"{searcher[:60]!r} is not among {', '.join(runs)}")
+    seeds = runs[searcher]
+    if seed not in seeds:
+        has = f"{searcher} has {len(seeds)} finished runs, seeds {min(seeds)} to {max(seeds)}"
+        raise ParameterError("seed", f"{seed} was not recorded: {has}")
+    log = results.evaluations(seeds[seed]["run"])
+    first = {name: log[name][:budget] for name in ("design", "fitness")}
+    return {**_path(first, int(seeds[seed]["recommended"])), "total": len(log["design"])}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 import threading
 import warnings
 from collections.abc import Iterable, Mapping
-from math import cos, inf, pi, sin
+from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,7 @@ from softvox_gym import Physics
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.noise import tilted
-from softvox_gym.physics import SPECS, ParameterError
-
-#: The physics that all changes start from.
-PRESET = "published"
+from softvox_gym.physics import SPECS, Bounds, ParameterError, ParameterSpec
 
 #: Evaluations that a path may have: more would hide the map.
 MOST_BUDGET = 2000
@@ -27,49 +23,43 @@ MOST_BUDGET = 2000
 _warnings = threading.Lock()
 
 
-class BadRequestError(ValueError):
-    """A request that can't be met.
-
-    Parameters
-    ----------
-    message : str
-        What was given, what was expected, and how to correct it.
-    parameter : str, optional
-        Which parameter is wrong, where it is one.
-    """
-
-    def __init__(self, message: str, parameter: str | None = None) -> None:
-        super().__init__(message)
-        self.parameter = parameter
+def _degrees(name: str, most: int, about: str, slider: tuple[float, float, float]) -> ParameterSpec:
+    bounds = Bounds(f"between {-most} and {most} degrees", lambda v: abs(v) <= most)
+    return ParameterSpec(0.0, "°", bounds, about, 0.0, slider, name=name)
 
 
+def _whole(name: str, low: int, high: int) -> ParameterSpec:
+    words = f"a whole number from {low} to {high}"
+    bounds = Bounds(words, lambda v: (v >= low) & (v <= high) & (np.trunc(v) == v))
+    return ParameterSpec(low, "", bounds, name, name=name)
+
+
+#: What has a slider; an upright floor holds no robot.
 _SHOWN = [
-    (
-        spec.name,
-        spec.about.partition(",")[0].capitalize(),
-        spec.unit.replace("^2", "²"),
-        *spec.slider,
-        spec.published,
-    )
-    for spec in SPECS
-    if spec.slider
+    *(spec for spec in SPECS if spec.slider),
+    _degrees("tilt", 80, "tilt of the floor", (0, 30, 0.5)),
+    _degrees("downhill", 360, "downhill towards", (-180, 180, 5)),
 ]
-_TILT = ("tilt", "Tilt of the floor", "°", 0, 30, 0.5, 0.0)
-_DOWNHILL = ("downhill", "Downhill towards", "°", -180, 180, 5, 0.0)
+
+_NUMBERS = {
+    spec.name: spec
+    for spec in (*_SHOWN, _whole("seed", 0, 10**15), _whole("budget", 1, MOST_BUDGET))
+}
 
 #: The sliders of the page, in order; the number beside one takes whatever the physics takes.
 SLIDERS: list[dict[str, Any]] = [
-    dict(zip(("name", "label", "unit", "low", "high", "step", "default"), row, strict=True))
-    for row in (*_SHOWN, _TILT, _DOWNHILL)
+    {
+        "name": spec.name,
+        "label": spec.about.partition(",")[0].capitalize(),
+        "unit": spec.unit.replace("^2", "²"),
+        **dict(zip(("min", "max", "step"), spec.slider or (), strict=True)),
+        "standard": f"{spec.published:.5g}",
+    }
+    for spec in _SHOWN
 ]
 
 #: What changes the physics.
-PHYSICS = (*(slider["name"] for slider in SLIDERS), "actuation")
-
-
-#: Bounds of whole numbers, and of what the physics does not check: an upright floor holds no robot.
-WHOLE = {"seed": (0, 10**15), "budget": (1, MOST_BUDGET)}
-DEGREES = {"tilt": 80, "downhill": 360}
+PHYSICS = (*(spec.name for spec in _SHOWN), "actuation")
 
 
 def _value(name: str, text: str) -> Any:
@@ -77,58 +67,34 @@ def _value(name: str, text: str) -> Any:
     if name in ("design", "compare"):
         try:
             return design_of(text, (2, 2, 2)).index
-        except BadInputError as error:
-            raise BadRequestError(str(error).partition(", which a")[0], name) from error
-    if name in WHOLE:
-        low, high = WHOLE[name]
-        if re.fullmatch(r"[0-9]{1,18}", text) and low <= int(text) <= high:
-            return int(text)
-        raise BadRequestError(
-            f"{name} must be a whole number from {low} to {high}, got {text[:60]!r}", name
-        )
-    if name not in PHYSICS or name == "actuation":
+        except BadInputError:
+            must = "is neither a number from 0 to 6560 nor 8 digits 0, 1, 2"
+            raise ParameterError(name, f"{text[:40]!r} {must}") from None
+    if name not in _NUMBERS:
         return text
     try:
-        value = float(text)
+        number = float(text)
     except ValueError:
-        raise BadRequestError(f"{name} must be a number, got {text[:60]!r}", name) from None
-    most = DEGREES.get(name, inf)
-    if most < inf and not abs(value) <= most:
-        raise BadRequestError(
-            f"{name} must be between {-most} and {most} degrees, got {text[:60]}", name
-        )
-    return value
+        raise ParameterError(name, f"must be a number, got {text[:60]!r}") from None
+    return _NUMBERS[name].checked(number)
 
 
 def read(
     given: Mapping[str, str], *, needed: Iterable[str] = (), also: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Read the parameters of a request.
-
-    Parameters
-    ----------
-    given : mapping
-        Texts by name.
-    needed, also : iterable of str
-        The names that there must be, and those that there may be besides.
-
-    Returns
-    -------
-    dict
-        Values by name, of those that are given.
+    """Return the values of a request by name: those needed, and those that there may be besides.
 
     Raises
     ------
-    BadRequestError
+    ParameterError
         For a value that can't be, or a name that is not expected.
     """
+    texts = {**dict.fromkeys(needed, ""), **given}
     names = (*needed, *also)
-    for name in given:
+    for name in texts:
         if name not in names:
-            raise BadRequestError(
-                f"there is no parameter {name[:60]!r}; the parameters are {', '.join(names)}", name
-            )
-    texts = {name: given.get(name, "") for name in needed} | dict(given)
+            known = ", ".join(names)
+            raise ParameterError(name[:60], f"is no parameter; the parameters are {known}")
     return {name: _value(name, text) for name, text in texts.items()}
 
 
@@ -142,12 +108,12 @@ def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
 
     Raises
     ------
-    BadRequestError
+    ParameterError
         For a value that the physics refuses.
     """
     own = {name: value for name, value in changes.items() if name not in ("tilt", "downhill")}
     if tilt := changes.get("tilt", 0.0) * pi / 180:
-        down = own.get("gravity", Physics.preset(PRESET).gravity)
+        down = own.get("gravity", Physics.published().gravity)
         towards = changes.get("downhill", 0.0) * pi / 180
         own["gravity"] = tilted(
             np.array([[0.0, 0.0, down]]),
@@ -156,8 +122,5 @@ def physics_of(changes: Mapping[str, Any]) -> tuple[Physics, list[str]]:
         )[0]
     with _warnings, warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        try:
-            physics = Physics.of({"preset": PRESET, **own})
-        except ParameterError as error:
-            raise BadRequestError(str(error), error.parameter) from error
+        physics = Physics.of({"preset": "published", **own})
     return physics, [str(warning.message) for warning in heard]

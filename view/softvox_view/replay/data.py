@@ -1,8 +1,7 @@
 """Recordings: the frames of some designs in a compact form that JSON can carry.
 
-A recording counts every value in 65535 steps between the least and the greatest of its kind, two
-bytes each, positions from the robot's middle at that moment, however far it has gone. A step is
-less than 1e-4 of a voxel width, which no screen shows.
+A value takes two bytes. Positions count from the robot's middle at that moment, however far it has
+gone, in steps of less than 1e-4 voxel widths for a robot on 3x3x3 sites, which no screen shows.
 """
 
 from __future__ import annotations
@@ -21,9 +20,10 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.rendering import Pose, fitting_distance
 from softvox_gym.simulation import Frames, Result
 
-FORMAT, VERSION = "softvox-replay", 1
+FORMAT, VERSION = "softvox-replay", 2
 
-STEPS = 2**16 - 1
+#: The count that stands for 1.
+STEPS = 2**15 - 1
 
 #: Colour of the path that the centre of mass has taken: neither cyan nor red, and dark.
 TRAIL = (0.36, 0.20, 0.52)
@@ -51,10 +51,10 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
         are voxel widths. ``frames`` counts the frames, ``seconds_per_frame`` is their distance,
         ``cycles`` those of actuation up to the last. Each of ``robots`` has the arrays ``position``
         (frames, voxels, 3; from the centre), ``quaternion`` (frames, voxels, 4; w, x, y, z) and
-        ``edge`` (frames, voxels) as ``{"data", "offset", "scale"}``: data is base64 of
-        little-endian 16-bit counts c, and a value is offset + scale c, component by component.
-        ``centre`` (frames, 3) is the centre of mass, base64 of little-endian 32-bit floats. Where
-        a run ends or diverges before the others, its last pose stays; ``last`` is that frame.
+        ``edge`` (frames, voxels), base64 of little-endian signed 16-bit counts of which 32767 are
+        1, of ``scale`` in positions and edges. ``centre`` (frames, 3) is the centre of mass, base64
+        of little-endian 32-bit floats. Where a run ends or diverges before the others, its last
+        pose stays; ``last`` is that frame.
 
     Raises
     ------
@@ -66,12 +66,23 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
     places = checked_places(result, designs)
     if stride < 1:
         raise ValueError(f"stride must be at least 1, got {stride}")
-    time_step, frequency = _shared_clock(result, places)
-    kept = slice(None, None, stride)
-    count = len(frames.step[kept])
+    clocks = {clock_of(result, i) for i in places}
+    if len(clocks) > 1:
+        given = ", ".join(f"({step:.4g} s, {frequency:g} Hz)" for step, frequency in sorted(clocks))
+        raise ValueError(
+            f"the designs of one recording must share time step and frequency, got {given}; "
+            "record them one by one"
+        )
+    time_step, frequency = next(iter(clocks), (1.0, 1.0))
+    count = len(frames.step[::stride])
     every = int(frames.step[1]) * stride if len(frames.step) > 1 else 1
     physics = result.physics
     seconds = (count - 1) * every * time_step
+    looks = {
+        name.lower(): value
+        for name, value in vars(rendering).items()
+        if name.isupper() and isinstance(value, float | tuple)
+    }
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -81,8 +92,9 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
         "frequency_hz": frequency,
         "cycles": (seconds - physics.settle_time) * frequency,
         "physics": physics.to_dict(),
-        "style": appearance(),
-        "robots": [_robot(result, i, kept) for i in places],
+        # Camera, light and colours of the still pictures.
+        "style": {**looks, "light": rendering.LIGHT.tolist(), "trail": TRAIL},
+        "robots": [_robot(result, i, count, stride) for i in places],
     }
 
 
@@ -116,11 +128,8 @@ def pose(result: Result, i: int, frame: int) -> Pose:
     checked_places(result, (i,))
     if frame < 0:
         raise ValueError(f"frame must be at least 0, got {frame}")
-    # Of a run that is whole one frame will do; looking for the last one of another takes them all.
-    position, quaternion, edge, active = _movement(result, i, slice(frame, frame + 1))
-    if not len(edge):
-        position, quaternion, edge, active = _movement(result, i, slice(0, frame + 1))
-    return Pose(position[-1], quaternion[-1], edge[-1], active)
+    position, quaternion, edge = _movement(result, i, frame + 1)
+    return Pose(position[-1], quaternion[-1], edge[-1], rest_pose(result.designs[i]).active)
 
 
 def rest_pose(digits: NDArray[np.uint8]) -> Pose:
@@ -141,39 +150,26 @@ def bytes_per_frame(designs: Iterable[Design]) -> int:
     return sum(22 * design.n_voxels + 16 for design in designs)
 
 
-def name_of(design: Design, *, short: bool = False) -> str:
+def name_of(design: Design) -> str:
     """Return what a design is called: number and digits; on other lattices shape and digits."""
     digits = design.digits
     if len(digits) > MOST_DIGITS:
         digits = f"{digits[: MOST_DIGITS - 3]}..."
     if design.lattice == Lattice():
-        return str(design.index) if short else f"{design.index} · {digits}"
-    return digits if short else f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
+        return f"{design.index} · {digits}"
+    return f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
 
 
-def label(result: Result, i: int) -> str:
-    """Return what stands beside a robot: its name and fitness, and in how many cycles."""
-    ending = short_label(result, i).rpartition(" · ")[2]
-    if not result.diverged[i]:
-        cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
-        ending += f" in {cycles:.4g} cycles"
-    return f"{name_of(result.design(i))} · {ending}"
-
-
-def short_label(result: Result, i: int) -> str:
-    """Return what stands beside a robot where there is little room: its name and fitness."""
-    name = name_of(result.design(i), short=True)
-    return f"{name} · {'diverged' if result.diverged[i] else f'{result.fitness[i]:.2f}'}"
-
-
-def appearance() -> dict[str, Any]:
-    """Return camera, light and colours of the still pictures, for the player."""
-    constants = {
-        name.lower(): value
-        for name, value in vars(rendering).items()
-        if name.isupper() and isinstance(value, float | tuple)
-    }
-    return {**constants, "light": rendering.LIGHT.tolist(), "trail": TRAIL}
+def labels(result: Result, i: int) -> tuple[str, str]:
+    """Return what stands beside a robot, name, fitness and cycles; less where there is no room."""
+    design = result.design(i)
+    name = name_of(design)
+    short = name.split(" · ")[0 if design.lattice == Lattice() else 1]
+    if result.diverged[i]:
+        return f"{name} · diverged", f"{short} · diverged"
+    cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
+    fitness = f"{result.fitness[i]:.2f}"
+    return f"{name} · {fitness} in {cycles:.4g} cycles", f"{short} · {fitness}"
 
 
 def clock_of(result: Result, i: int) -> tuple[float, float]:
@@ -186,58 +182,41 @@ def clock_of(result: Result, i: int) -> tuple[float, float]:
     return step, frequency
 
 
-def _shared_clock(result: Result, places: list[int]) -> tuple[float, float]:
-    clocks = {clock_of(result, i) for i in places}
-    if len(clocks) > 1:
-        given = ", ".join(f"({step:.4g} s, {frequency:g} Hz)" for step, frequency in sorted(clocks))
-        raise ValueError(
-            f"the designs of one recording must share time step and frequency, got {given}; "
-            "record them one by one"
-        )
-    return next(iter(clocks), (1.0, 1.0))
+def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
+    """Return position, quaternion and edge of a design's voxels, frames first, in voxel widths.
 
-
-def _movement(result: Result, i: int, asked: slice = slice(None)) -> tuple[NDArray[Any], ...]:
-    """Return position, quaternion and edge of a design's voxels, and which are active.
-
-    Only the frames asked for that it has up to the first that it lacks, in voxel widths; as it is
-    built where that is frame 0.
+    They go up to a frame, or the first that the design lacks; as built where that is frame 0.
     """
-    frames = frames_of(result)
-    digits = result.designs[i].ravel(order="F")
-    present = digits != ABSENT
-
-    def by_site(values: NDArray[Any]) -> NDArray[Any]:
-        swapped = values[i, asked].swapaxes(1, 3)  # [x, y, z] to the order of the sites
-        rows: NDArray[Any] = swapped.reshape(len(swapped), len(digits), *values.shape[5:])
-        return rows[:, present]
-
-    position, quaternion, edge = map(by_site, (frames.position, frames.quaternion, frames.edge))
-    active, width = digits[present] == ACTIVE, result.physics.edge
+    frames, digits = frames_of(result), result.designs[i]
+    x, y, z = np.nonzero(digits.T != ABSENT)[::-1]
+    position, quaternion, edge = (
+        values[i, :end][:, x, y, z] for values in (frames.position, frames.quaternion, frames.edge)
+    )
     finite = np.isfinite(position).all(axis=(1, 2)) & np.isfinite(edge).all(axis=1)
-    if not asked.start and not finite[0]:
-        built = rest_pose(result.designs[i])
-        return built.position[None], built.quaternion[None], built.edge[None], active
-    ends = len(finite) if finite.all() else int(np.argmin(finite))
-    return position[:ends] / width, quaternion[:ends], edge[:ends] / width, active
+    if not finite[0]:
+        built = rest_pose(digits)
+        return built.position[None], built.quaternion[None], built.edge[None]
+    ends, width = int(np.append(finite, False).argmin()), result.physics.edge
+    return position[:ends] / width, quaternion[:ends], edge[:ends] / width
 
 
-def _robot(result: Result, i: int, kept: slice) -> dict[str, Any]:
-    design = result.design(i)
-    position, quaternion, edge, active = _movement(result, i)
-    last = len(range(len(edge))[kept]) - 1
-    count = len(frames_of(result).step[kept])
-    rest = Pose(position[0], quaternion[0], edge[0], active)
+def _robot(result: Result, i: int, count: int, stride: int) -> dict[str, Any]:
+    design, first = result.design(i), pose(result, i, 0)
+    position, quaternion, edge = _movement(result, i)
+    last = (len(edge) - 1) // stride
+    kept = np.minimum(np.arange(count), last) * stride
+    centre = np.zeros((len(edge), 1, 3))
+    if design.n_voxels:
+        centre = position.mean(axis=1, keepdims=True)
+    scale = max(float(np.abs(values).max(initial=1.0)) for values in (position - centre, edge))
+    label, short_label = labels(result, i)
 
-    def whole(values: NDArray[Any]) -> NDArray[Any]:
-        """Return the frames kept, the last one held to the end."""
-        held: NDArray[Any] = values[kept][np.minimum(np.arange(count), last)]
-        return held
+    def counts(values: NDArray[Any]) -> str:
+        return _base64(np.rint(values[kept] * STEPS).astype("<i2"))
 
-    centre = position.mean(axis=1, keepdims=True) if len(active) else np.zeros((len(edge), 1, 3))
     return {
-        "label": label(result, i),
-        "short_label": short_label(result, i),
+        "label": label,
+        "short_label": short_label,
         "design": design.index if design.lattice == Lattice() else None,
         "digits": design.digits,
         "shape": list(design.shape),
@@ -247,27 +226,14 @@ def _robot(result: Result, i: int, kept: slice) -> dict[str, Any]:
         "fitness": _finite(float(result.fitness[i])),
         "displacement": [_finite(value) for value in result.displacement[i].tolist()],
         "last": last,
-        "distance": fitting_distance(rest),
-        "active": active.astype(int).tolist(),
-        "centre": _base64(whole(centre).astype("<f4")),
-        "position": counts(whole(position - centre)),
-        "quaternion": counts(whole(quaternion)),
-        "edge": counts(whole(edge)[..., np.newaxis]),
+        "distance": fitting_distance(first),
+        "active": first.active.astype(int).tolist(),
+        "scale": scale,
+        "centre": _base64(centre[kept].astype("<f4")),
+        "position": counts((position - centre) / scale),
+        "quaternion": counts(quaternion),
+        "edge": counts(edge / scale),
     }
-
-
-def counts(values: NDArray[Any]) -> dict[str, Any]:
-    """Return an array as 16-bit counts, component (last axis) by component.
-
-    A value is offset + scale times its count, wrong by half a scale at most.
-    """
-    flat = values.reshape(-1, values.shape[-1])
-    low = flat.min(axis=0, initial=np.inf) if len(flat) else np.zeros(values.shape[-1])
-    high = flat.max(axis=0, initial=-np.inf) if len(flat) else low
-    scale = (high - low) / STEPS
-    steps = np.where(scale > 0, scale, 1.0)
-    count = np.rint((flat - low) / steps).astype("<u2")
-    return {"data": _base64(count), "offset": low.tolist(), "scale": scale.tolist()}
 
 
 def _base64(values: NDArray[Any]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import bytes_per_frame, clock_of, label, name_of, recording, rest_pose
+from softvox_view.replay.data import bytes_per_frame, clock_of, labels, name_of, recording, rest_pose
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
@@ -34,7 +34,7 @@ def notebook(value: Design | Result) -> str:
     if shown and value.frames is not None:
         parts.append(_player(value, shown))
     elif shown:
-        names = "; ".join(label(value, i) for i in shown)
+        names = "; ".join(labels(value, i)[0] for i in shown)
         parts.append(_built([value.design(i) for i in shown], names))
     rows = [_outcome(value, i) for i in order[:ROWS]]
     caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")

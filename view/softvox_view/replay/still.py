@@ -13,8 +13,7 @@ from softvox_gym.rendering import Pose, fitting_distance, png, render
 from softvox_gym.simulation import Result
 from softvox_view.replay.data import checked_places, frames_of, pose
 
-#: Counts between the colours of a picture that stands in for a replay: that takes two fifths of the
-#: bytes away, and can be seen in the floor's shading alone.
+#: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
 COARSE = 4
 
 PANEL = (400, 300)  # pixels, at most

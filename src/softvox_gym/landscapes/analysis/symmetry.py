@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import ABSENT, ACTIVE, Design
+from softvox_gym.design import Design
 from softvox_gym.landscapes.analysis.graph import N_SITES, all_digits, read_only
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import LATTICE, bodies
@@ -160,7 +160,7 @@ def classes(fitness: NDArray[np.float64]) -> Section:
     """Return the classes under turns and mirrors, the most unequal first; fitness as above."""
     rows: list[tuple[Any, ...]] = []
     for group in members(symmetry_classes()):
-        digits, own = all_digits()[group[0]], fitness[group]
+        own = fitness[group]
         rows.append(
             (
                 int(group[0]),
@@ -168,9 +168,7 @@ def classes(fitness: NDArray[np.float64]) -> Section:
                 len(group),
                 *map(float, (own.max(), own.mean(), own.min(), np.ptp(own))),
                 int(group[own.argmax()]),
-                int((digits != ABSENT).sum()),
-                int((digits == ACTIVE).sum()),
-                bool(bodies().is_connected[group[0]]),
+                *(facts[group[0]].item() for facts in bodies()),
             )
         )
     rows.sort(key=lambda row: -row[6])

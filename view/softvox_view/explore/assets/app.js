@@ -1,256 +1,308 @@
-// The page. `#state` is what is seen, and is kept in the address; `#wanted` is what was asked for
-// last, and becomes part of the state once the server has answered.
+// The page. `seen` is what is seen, and is kept in the address; `wanted` is what was asked for last,
+// and is seen once the server has answered.
 
 import { SoftvoxPlayer } from "/player/player.js";
+import { colouring, drawScale, pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
-import { colouring, drawScale } from "./colours.js";
-import { element, find } from "./dom.js";
-import { csvOf, nameOf, pictureOf } from "./downloads.js";
-import { LandscapeMap } from "./map.js";
+import { landscapeMap } from "./map.js";
+import { address, ask, cancel, element, find, Refused, save, saveBlob } from "./page.js";
 import * as panels from "./panels.js";
-import { PathPanel } from "./path.js";
-import { digitsOf, drawRobot, Editor } from "./robot.js";
-import { address, compute, get, Newest, Refused, save } from "./server.js";
-import { DEFAULTS, KINDS, PATH, read, wordsOf, written } from "./state.js";
+import { designOf, digitsOf, drawRobot, editor } from "./robot.js";
+
+const KINDS = [...find("kind").options].map((option) => option.value);
+const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_PATH };
+const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[name]]));
 
-class App {
-  #state = { ...DEFAULTS, parameters: {} };
-  #wanted = this.#state; // {design, compare, parameters}
-  #atlas;
-  #values; // the landscape now: {dx, dy, fitness}
-  #robots = null;
-  #player = null;
-  #asked = { robots: new Newest(), landscape: new Newest() };
+const atlas = await ask("start").catch((error) => {
+  find("message").textContent = error.message;
+  throw error;
+});
+let seen = { ...DEFAULTS, parameters: {} };
+let wanted = seen;
+let values = atlas; // the landscape now: {dx, dy, fitness}, by design
+let path = null; // of a searcher, with the fields that asked for it
+let player = null;
+const controls = new Controls(find("sliders"), atlas, (parameters) => want({ parameters }));
+const showDrawing = editor(find("editor"), choose);
+const map = landscapeMap(find("map"), atlas, choose, (design) => {
+  drawRobot(find("hover-robot"), digitsOf(design));
+  find("hover-text").textContent = panels.inShort(design, atlas, values);
+});
 
-  constructor(about, atlas) {
-    this.#atlas = atlas;
-    this.#values = atlas;
-    this.controls = new Controls(find("sliders"), about, (parameters) => this.#set(parameters));
-    this.map = new LandscapeMap(find("map"), atlas);
-    this.path = new PathPanel(about, atlas, this.map, (fields) => this.#record(fields));
-    this.editor = new Editor(find("editor"), (design) => this.#choose(design));
-    find("version").textContent = `softvox-gym ${about.version}.`;
-    // On a narrow screen the robot itself comes first.
-    find("drawing").open = matchMedia("(min-width: 721px)").matches;
-    this.#listen();
-    this.#show();
+// The address: only what differs from the defaults
+
+/** Return the state that the address tells: texts by name; whatever else it has are parameters. */
+function read() {
+  const state = { ...DEFAULTS, parameters: {} };
+  for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
+    (Object.hasOwn(DEFAULTS, name) ? state : state.parameters)[name] = value;
   }
+  return state;
+}
 
-  /** Show what the address tells, all of it. */
-  #show() {
-    const { map, design, compare, parameters, ...path } = read(location.hash);
-    const isKnown = KINDS.includes(map);
-    this.#state.map = isKnown ? map : DEFAULTS.map;
-    find("message").textContent = isKnown ? "" : `there is no map ${map}; the maps are ${KINDS.join(", ")}`;
-    find("kind").value = this.#state.map;
-    for (const name of PATH) this.#state[name] = path[name];
-    this.path.show(path);
-    this.controls.parameters = parameters;
-    this.#paint();
-    this.#wanted = { design, compare, parameters };
-    if (!same(parameters, this.#state.parameters)) return this.#recompute(false);
-    this.#asked.landscape.cancel();
-    this.#progress(null);
-    return this.#simulate(false);
-  }
+function written({ parameters, ...state }) {
+  // All of a path is written, and nothing where there is none.
+  const isWritten = (name) =>
+    PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
+  const changed = Object.entries(state).filter(([name]) => isWritten(name));
+  return new URLSearchParams([...changed, ...Object.entries(parameters)]).toString();
+}
 
-  /** Take on what is seen now; a step is one that the browser's Back undoes. */
-  #record(changes = {}, isStep = true) {
-    Object.assign(this.#state, changes);
-    const now = written(this.#state);
-    const isNew = now !== written(read(location.hash));
-    history[isNew && isStep ? "pushState" : "replaceState"](null, "", `#${now}`);
-  }
+/** Take on what is seen now; a step is one that the browser's Back undoes. */
+function record(changes, isStep) {
+  seen = { ...seen, ...changes };
+  const isNew = written(seen) !== written(read());
+  history[isNew && isStep ? "pushState" : "replaceState"](null, "", `#${written(seen)}`);
+}
 
-  #listen() {
-    const on = (id, type, handler) => find(id).addEventListener(type, handler);
-    addEventListener("hashchange", () => this.#show());
-    on("map", "point", ({ detail }) => this.#hover(detail.design));
-    on("map", "pick", ({ detail }) => this.#choose(detail.design));
-    on("find", "submit", (event) => {
-      event.preventDefault();
-      this.#choose(find("find-text").value.trim());
-    });
-    on("which", "change", () => this.#showEdited());
-    on("end-compare", "click", () => this.#endComparison());
-    on("kind", "change", () => {
-      this.#record({ map: find("kind").value });
-      this.#paint();
-    });
-    on("reset", "click", () => {
-      this.controls.parameters = {};
-      this.#set({});
-    });
-    on("save-csv", "click", () => this.#saveCsv());
-    on("save-png", "click", () => this.#savePng());
-    on("share", "click", () => this.#share());
-  }
-
-  #complain(error) {
-    const isShown = this.controls.complain(error.parameter, error.message);
-    if (!isShown) find("message").textContent = error.message;
-    if (!(error instanceof Refused)) reportError(error);
-  }
-
-  // The robot
-
-  #hover(design) {
-    drawRobot(find("hover-robot"), digitsOf(design));
-    find("hover-text").textContent = panels.inShort(design, this.#atlas, this.#values);
-  }
-
-  get #which() {
-    return document.querySelector("#which input:checked").value;
-  }
-
-  #choose(design) {
-    find("message").textContent = "";
-    this.#wanted = { ...this.#wanted, [this.#which]: String(design) };
-    return this.#simulate();
-  }
-
-  #endComparison() {
-    document.querySelector('#which input[value="design"]').checked = true;
-    this.#wanted = { ...this.#wanted, compare: "" };
-    this.#simulate();
-  }
-
-  /** Simulate the robots that are wanted; where one can't be, the one that is seen stays. */
-  async #simulate(isStep = true) {
-    const { design, compare } = this.#wanted;
-    const query = { design, ...(compare && { compare }), ...this.#state.parameters };
+/** Show what the address tells, all of it; what can't be stays as it was. */
+function show() {
+  const asked = read();
+  const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text) };
+  find("message").textContent = "";
+  for (const [name, check] of Object.entries(checks)) {
     try {
-      const answer = await this.#asked.robots.ask((signal) => get("/api/robots", query, signal));
-      if (!answer) return;
-      const [a, b = ""] = answer.robots.map((robot) => String(robot.design));
-      this.#wanted = { ...this.#wanted, design: a, compare: b };
-      this.#record({ design: a, compare: b }, isStep);
-      this.#showRobots(answer, query);
+      asked[name] = check(asked[name]);
     } catch (error) {
-      this.#complain(error);
-      const seen = { design: this.#state.design, compare: this.#state.compare };
-      const isOne = error.parameter in seen;
-      const kept = isOne ? { [error.parameter]: seen[error.parameter] } : seen;
-      this.#wanted = { ...this.#wanted, ...kept };
-      const isBehind = !this.#robots || !same(seen, { design, compare, ...kept });
-      if (isOne && isBehind) await this.#simulate(isStep);
-      else this.#record({}, false);
+      complain(error);
+      asked[name] = seen[name];
     }
   }
+  seen = { ...seen, map: asked.map, ...pathOf(asked) };
+  find("kind").value = seen.map;
+  controls.parameters = asked.parameters;
+  paint();
+  showPath(pathOf(asked), false);
+  want({ design: asked.design, compare: asked.compare, parameters: asked.parameters }, false);
+}
 
-  #showRobots({ robots, recording }, query) {
-    const { design, compare, parameters } = this.#state;
-    this.#robots = robots;
-    this.map.show({ marks: { design, compare } });
-    this.#showEdited();
-    find("end-compare").hidden = !compare;
-    find("save-replay").href = address("/api/replay.html", query);
-    panels.fillFacts(find("facts"), robots, this.#atlas, this.#values);
-    this.#play(recording, query);
-    find("robot-panel").dataset.designs = `${design} ${compare}`.trim();
-    document.body.dataset.parameters = JSON.stringify(parameters);
+function kindOf(text) {
+  if (KINDS.includes(text)) return text;
+  throw new Refused(`there is no map ${text}; the maps are ${KINDS.join(", ")}`);
+}
+
+/** Say what is wrong; return whether it was said beside a parameter. */
+function complain(error) {
+  const isBeside = controls.complain(error.parameter, error.message);
+  if (!isBeside) find("message").textContent = error.message;
+  if (!(error instanceof Refused)) reportError(error);
+  return isBeside;
+}
+
+// The landscape and the robots
+
+/** Compute the landscape where its parameters change, then the robots on it. */
+async function want(changes, isStep = true) {
+  wanted = { ...wanted, ...changes };
+  if (changes.parameters) await recompute(changes.parameters, isStep);
+  const { design, compare } = wanted;
+  const query = queryOf(wanted);
+  try {
+    const recording = await ask("recording", query);
+    record({ design, compare }, isStep);
+    showRobots(recording, query);
+  } catch (error) {
+    wanted = { ...seen, parameters: wanted.parameters };
+    complain(error);
   }
+}
 
-  /** Show the robot that the next click changes where it can be drawn and named. */
-  #showEdited() {
-    const design = this.#state[this.#which] || this.#state.design;
-    this.editor.show(digitsOf(Number(design)));
-    find("find-text").value = design;
-  }
+/** What tells which robots there are, on the landscape that is seen. */
+function queryOf({ design, compare }) {
+  return { design, ...(compare && { compare }), ...seen.parameters };
+}
 
-  #play(recording, query) {
-    const first = !this.#player;
-    this.#player ??= new SoftvoxPlayer(find("player"));
-    this.#player.load(recording, address("/api/still.png", query));
-    if (first) this.#player.autoplay();
-  }
-
-  // The landscape
-
-  #set(parameters) {
-    find("message").textContent = "";
-    this.#wanted = { ...this.#wanted, parameters };
-    this.#recompute();
-  }
-
-  /** Compute the landscape that is wanted, then the robots on it. */
-  async #recompute(isStep = true) {
-    const { parameters } = this.#wanted;
-    this.#progress(0, 6561);
+async function recompute(parameters, isStep) {
+  cancel("landscape");
+  if (!same(parameters, seen.parameters)) {
+    showProgress(0, 6561);
     try {
-      const answer = await this.#asked.landscape.ask((signal) =>
-        compute("/api/landscape", parameters, signal, (...far) => this.#progress(...far)),
-      );
-      if (!answer) return; // a newer one is under way, and the bar is its own
-      this.#record({ parameters }, isStep);
-      this.#showLandscape(answer);
+      const answer = await ask("landscape", parameters, showProgress);
+      record({ parameters }, isStep);
+      showLandscape(answer);
     } catch (error) {
-      this.#wanted = { ...this.#wanted, parameters: this.#state.parameters };
       // What was typed stays where the mistake is its own.
-      if (!this.controls.has(error.parameter)) this.controls.parameters = this.#state.parameters;
-      this.#complain(error);
-      this.#record({}, false);
+      if (!complain(error)) controls.parameters = seen.parameters;
+      wanted = { ...wanted, parameters: seen.parameters };
+      record({}, false);
     }
-    this.#progress(null);
-    await this.#simulate(isStep);
   }
+  find("progress-row").hidden = true;
+}
 
-  #showLandscape({ values, warnings }) {
-    const isPublished = Object.keys(this.#state.parameters).length === 0;
-    this.#values = values;
-    this.controls.clear();
-    const { best, former, lines } = panels.changesOf(this.#atlas.fitness, values.fitness);
-    const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
-    find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
-    this.map.show({ best: isPublished ? null : { from: former, to: best } });
-    this.#paint();
+function showProgress(done, total) {
+  find("progress-row").hidden = false;
+  find("progress").value = done / total;
+  find("progress-text").textContent = `${done} of ${total} designs`;
+}
+
+function showLandscape({ values: made, warnings }) {
+  values = made;
+  const isPublished = same(seen.parameters, {});
+  const { best, former, lines } = panels.changesOf(atlas.fitness, values.fitness);
+  const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
+  find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
+  map.show({ best: isPublished ? null : { from: former, to: best } });
+  paint();
+}
+
+function paint() {
+  const made = colouring(seen.map, atlas, values);
+  map.paint(made);
+  drawScale(find("scale"), made.scale);
+  for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
+}
+
+function showRobots(recording, query) {
+  const { design, compare, parameters } = seen;
+  const designs = [design, compare].filter(Boolean);
+  map.show({ marks: { A: design, B: compare } });
+  showEdited();
+  find("end-compare").hidden = !compare;
+  panels.fillFacts(find("facts"), designs, atlas, values);
+  const isFirst = !player;
+  player ??= new SoftvoxPlayer(find("player"));
+  player.load(recording, address("still.png", query));
+  if (isFirst) player.autoplay();
+  find("robot-panel").dataset.designs = designs.join(" ");
+  document.body.dataset.parameters = JSON.stringify(parameters);
+}
+
+/** Which robot the next click changes, "design" or "compare". */
+function which() {
+  return document.querySelector("#which input:checked").value;
+}
+
+/** Show that robot where it can be drawn and named. */
+function showEdited() {
+  const design = seen[which()] || seen.design;
+  showDrawing(digitsOf(design));
+  find("find-text").value = design;
+}
+
+function choose(text) {
+  find("message").textContent = "";
+  try {
+    want({ [which()]: designOf(text) });
+  } catch (error) {
+    complain(error);
   }
+}
 
-  #progress(done, total) {
-    const row = find("progress-row");
-    row.hidden = done === null;
-    if (done === null) return;
-    find("progress").value = done / total;
-    find("progress-text").textContent = `${done} of ${total} designs`;
+// A searcher's path
+
+/**
+ * Show the path that fields tell. Where the form asked for it, the address takes it on once it is
+ * there, and what can't be had leaves all as it was.
+ */
+async function showPath(fields, isOfForm) {
+  const bar = find("path-progress");
+  offer(fields.results);
+  for (const name of PATH) find(name).value = fields[name];
+  cancel("path");
+  try {
+    if (fields.searcher && !same(fields, path?.fields)) {
+      bar.removeAttribute("value");
+      bar.hidden = false;
+      find("path-text").textContent = "";
+      const found = await ask("path", fields, (done, total) => (bar.value = done / total));
+      path = { ...found, fields, best: panels.improvements(found) };
+      find("upto").max = path.designs.length;
+      find("upto").value = path.designs.length;
+    } else if (!fields.searcher) {
+      path = null;
+    }
+    drawPath();
+    if (isOfForm) record(fields, true);
+  } catch (error) {
+    if (!isOfForm) path = null;
+    drawPath();
+    find("path-text").textContent = error.message;
   }
+  bar.hidden = true;
+}
 
-  #paint() {
-    const made = colouring(this.#state.map, this.#atlas, this.#values);
-    this.map.paint(made);
-    drawScale(find("scale"), made.scale);
-    for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
-  }
+/** Offer the searchers of some results, or those that can run live. */
+function offer(results) {
+  const names = (results ? atlas.results[results] : atlas.searchers) ?? [];
+  find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
+  find("search").textContent = results ? "Show" : "Search";
+  find("path-source").textContent = results
+    ? "Recorded; the budget is how many evaluations are shown."
+    : "A live run, on the published landscape.";
+}
 
-  // To keep and to share
+function drawPath() {
+  const upto = Number(find("upto").value);
+  find("upto-row").hidden = !path;
+  map.show({ path: path && { ...path, upto } });
+  find("path-text").textContent = path ? panels.pathInShort(path, upto, atlas) : "";
+}
 
-  #saveCsv() {
-    const table = new Blob([csvOf(this.#atlas, this.#values)], { type: "text/csv" });
-    save(table, `${nameOf("landscape", this.#state.parameters)}.csv`);
-  }
+// What is done on the page
 
-  async #savePng() {
-    const { map, parameters } = this.#state;
+/** A file's name that tells what differs from the published physics. */
+function nameOf(what) {
+  const changes = Object.entries(seen.parameters).map(([name, value]) => `_${name}_${value}`);
+  return [what, ...changes].join("").replace(/[^\w.+-]/g, "");
+}
+
+const actions = {
+  "find submit": () => choose(find("find-text").value.trim()),
+  "which change": showEdited,
+  "end-compare click"() {
+    document.querySelector('#which input[value="design"]').checked = true;
+    want({ compare: "" });
+  },
+  "kind change"() {
+    record({ map: find("kind").value }, true);
+    paint();
+  },
+  "reset click"() {
+    controls.parameters = {};
+    want({ parameters: {} });
+  },
+  "path submit": () => showPath(pathOf(Object.fromEntries(new FormData(find("path")))), true),
+  "results change"({ target: { value } }) {
+    offer(value);
+    find("seed").value = value ? "0" : NO_PATH.seed;
+  },
+  "clear-path click": () => showPath(NO_PATH, true),
+  "upto input": drawPath,
+  "save-csv click": () => saveBlob(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
+  async "save-png click"() {
     const words = ["low", "unit", "high"].map((id) => find(id).textContent);
-    const physics = `physics: ${wordsOf(parameters) || "as published"}`;
-    const picture = await pictureOf(find("map"), find("scale"), words, physics);
-    save(picture, `${nameOf(`landscape-${map}`, parameters)}.png`);
-  }
-
-  async #share() {
-    const said = await navigator.clipboard.writeText(location.href).then(
+    const physics = panels.wordsOf(seen.parameters);
+    saveBlob(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+  },
+  "save-replay click"() {
+    const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
+    save(address("replay.html", queryOf(seen)), `${nameOf(name)}.html`);
+  },
+  async "share click"() {
+    find("message").textContent = await navigator.clipboard.writeText(location.href).then(
       () => "The link is copied.",
       () => "The link is this page's address.",
     );
-    find("message").textContent = said;
-  }
+  },
+};
+for (const [what, handler] of Object.entries(actions)) {
+  const [id, type] = what.split(" ");
+  find(id).addEventListener(type, (event) => {
+    if (type === "submit") event.preventDefault();
+    handler(event);
+  });
 }
+addEventListener("hashchange", show);
 
-try {
-  const [about, atlas] = await Promise.all([get("/api/about"), get("/api/atlas")]);
-  new App(about, atlas);
-} catch (error) {
-  find("message").textContent = error.message;
-  throw error;
-}
+const options = Object.keys(atlas.results).map((name) => new Option(name, name));
+find("results").append(new Option("a live run", ""), ...options);
+find("results-row").hidden = !options.length;
+find("version").textContent = `softvox-gym ${atlas.version}.`;
+// On a narrow screen the robot itself comes first.
+find("drawing").open = matchMedia("(min-width: 721px)").matches;
+show();

@@ -15,58 +15,45 @@ export function heading(dx, dy) {
  * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
  */
 export function colouring(kind, atlas, values) {
-  const made = { heading: headings, difference: differences }[kind] ?? fitnesses;
-  const has = values.fitness.includes(null) && kind !== "noise";
-  const { unit, ...rest } = made(atlas, values, kind);
-  return { ...rest, unit: has ? `${unit}; ×: diverged` : unit };
+  const noise = "mean fitness under noise of level 1, published physics";
+  if (kind === "noise") return amounts(atlas.noise, noise);
+  const made = {
+    fitness: () => amounts(values.fitness, "fitness, voxel widths"),
+    heading: () => headings(values),
+    difference: () => differences(values.fitness, atlas.fitness),
+  }[kind]();
+  if (values.fitness.includes(null)) made.unit += "; ×: diverged";
+  return made;
 }
 
-function fitnesses(atlas, values, kind) {
-  const shown = kind === "noise" ? atlas.noise : values.fitness;
-  const high = Math.max(1e-9, ...shown.filter((value) => value !== null));
-  const unit =
-    kind === "noise"
-      ? `mean fitness under noise of level ${atlas.noise_level}, published physics`
-      : "fitness, voxel widths";
-  return {
-    colour: (i) => (shown[i] === null ? null : sample(cividis, shown[i] / high)),
-    scale: (share) => sample(cividis, share),
-    grid: LIGHT,
-    low: "0",
-    high: high.toFixed(2),
-    unit,
-  };
+function amounts(shown, unit) {
+  const high = Math.max(1e-9, ...shown);
+  const scale = (share) => sample(cividis, share);
+  const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
+  return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
 }
 
-function headings(_, { dx, dy, fitness }) {
+function headings({ dx, dy, fitness }) {
   // As in the figure of headings: dark towards −x, light towards +x.
   const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
-  return {
-    colour: (i) => {
-      if (fitness[i] === null) return null;
-      if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
-      return scale((heading(dx[i], dy[i]) + 180) / 360);
-    },
-    scale,
-    grid: DARK,
-    low: "−180°",
-    high: "180°",
-    unit: "heading, 0° is +x; white: hardly travels",
+  const colour = (i) => {
+    if (fitness[i] === null) return null;
+    if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
+    return scale((heading(dx[i], dy[i]) + 180) / 360);
   };
+  const unit = "heading, 0° is +x; white: hardly travels";
+  return { colour, scale, grid: DARK, low: "−180°", high: "180°", unit };
 }
 
-function differences(atlas, { fitness }) {
-  const change = fitness.map((value, i) => (value === null ? null : value - atlas.fitness[i]));
-  const most = Math.max(...change.map((value) => Math.abs(value ?? 0)));
-  const half = most || 1;
-  return {
-    colour: (i) => (change[i] === null ? null : sample(puOr, 0.5 + change[i] / (2 * half))),
-    scale: (share) => sample(puOr, share),
-    grid: DARK,
-    low: most ? `−${most.toFixed(2)}` : "",
-    high: most ? `+${most.toFixed(2)}` : "",
-    unit: most ? "fitness now less published, voxel widths" : "no difference: the physics is as published",
-  };
+function differences(now, before) {
+  const most = Math.max(...now.map((value, i) => (value === null ? 0 : Math.abs(value - before[i]))));
+  const scale = (share) => sample(puOr, share);
+  const share = (i) => 0.5 + (now[i] - before[i]) / (2 * (most || 1));
+  const colour = (i) => (now[i] === null ? null : scale(share(i)));
+  const [low, high, unit] = most
+    ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now less published, voxel widths"]
+    : ["", "", "no difference: the physics is as published"];
+  return { colour, scale, grid: DARK, low, high, unit };
 }
 
 /** Draw a scale into its canvas. */
@@ -76,6 +63,31 @@ export function drawScale(canvas, scale) {
     pen.fillStyle = `rgb(${scale((x + 0.5) / canvas.width).map(Math.round).join(" ")})`;
     pen.fillRect(x, 0, 1, canvas.height);
   }
+}
+
+/** The map's canvas as a PNG: under it its scale with three words, and a line about the physics. */
+export function pictureOf(map, scale, words, physics) {
+  const margin = 16;
+  const [bar, line] = [14, 20];
+  const below = map.height + 2 * margin;
+  const width = map.width + 2 * margin;
+  const all = new OffscreenCanvas(width, below + bar + 2 * line + margin);
+  const pen = all.getContext("2d");
+  const write = (text, x, y, align) => {
+    pen.textAlign = align;
+    pen.fillText(text, x, y, map.width);
+  };
+  pen.fillStyle = LIGHT;
+  pen.fillRect(0, 0, all.width, all.height);
+  pen.drawImage(map, margin, margin);
+  pen.drawImage(scale, margin, below, map.width, bar);
+  pen.fillStyle = DARK;
+  pen.font = "15px system-ui, sans-serif";
+  write(words[0], margin, below + bar + line - 2, "left");
+  write(words[1], width / 2, below + bar + line - 2, "center");
+  write(words[2], width - margin, below + bar + line - 2, "right");
+  write(physics, width / 2, below + bar + 2 * line, "center");
+  return all.convertToBlob();
 }
 
 // Colour maps as evenly spaced anchors: cividis (Nunez et al., 2018) is perceptually uniform and made
@@ -97,10 +109,8 @@ const puOr = anchors(`
   ee9b39 e58a20 d97b12 cb6e0d bd6109 ae5506 9e4c07 8d4307 7f3b08`);
 
 function anchors(text) {
-  return text
-    .trim()
-    .split(/\s+/)
-    .map((hex) => [0, 2, 4].map((i) => parseInt(hex.slice(i, i + 2), 16)));
+  const channels = (hex) => [0, 2, 4].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  return text.trim().split(/\s+/).map(channels);
 }
 
 /** The colour [r, g, b] of a share from 0 to 1. */

@@ -1,10 +1,10 @@
 // The sliders of the physics, each with a field for any number.
 
-import { element } from "./dom.js";
+import { element } from "./page.js";
 
 /** The form of all parameters; calls onChange(parameters) when one was let go. */
 export class Controls {
-  #rows = new Map();
+  #rows = {};
   #form;
   #onChange;
 
@@ -12,104 +12,68 @@ export class Controls {
     this.#form = form;
     this.#onChange = onChange;
     form.addEventListener("submit", (event) => event.preventDefault());
-    for (const slider of sliders) this.#addSlider(slider);
+    for (const { name, label, unit, standard, ...limits } of sliders) {
+      const range = element("input", { type: "range", ...limits, "aria-label": label });
+      const field = element("input", { type: "text", inputmode: "decimal", autocomplete: "off" });
+      this.#add(name, unit ? `${label}, ${unit}` : label, field, standard, range);
+    }
     const modes = actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode));
     this.#add("actuation", "Actuation", element("select", {}, ...modes), actuations[0]);
-    this.parameters = {};
   }
 
-  /** What differs from the published physics, as texts by name. */
-  get parameters() {
-    const changed = [...this.#rows].filter(([, { field, given }]) => field.value !== given);
-    return Object.fromEntries(changed.map(([name, { field }]) => [name, field.value]));
-  }
-
-  /** Show parameters; what is missing is as published, and what is unknown is left out. */
+  /** Show parameters, texts by name; what is missing is as published, and what is unknown left out. */
   set parameters(values) {
-    for (const [name, row] of this.#rows) {
-      row.field.value = values[name] ?? row.given;
+    for (const [name, row] of Object.entries(this.#rows)) {
+      this.#fill(row, values[name] ?? row.standard);
       if (row.range) row.range.value = row.field.value;
-      this.#style(row);
     }
-    this.clear();
+    this.complain();
   }
 
-  /** Whether there is a parameter of this name. */
-  has(name) {
-    return this.#rows.has(name);
-  }
-
-  /** Say under a parameter what is wrong with it; return whether there is such a parameter. */
-  complain(name, message) {
-    if (!this.has(name)) return false;
-    this.clear();
-    const { field, error } = this.#rows.get(name);
-    error.textContent = message;
-    field.setAttribute("aria-invalid", "true");
-    return true;
-  }
-
-  /** Take back all complaints. */
-  clear() {
-    for (const { field, error } of this.#rows.values()) {
-      error.textContent = "";
-      field.setAttribute("aria-invalid", "false");
+  /** Say under a parameter what is wrong, and of no other; return whether there is such a parameter. */
+  complain(name, message = "") {
+    if (name && !Object.hasOwn(this.#rows, name)) return false;
+    for (const [own, { field, error }] of Object.entries(this.#rows)) {
+      error.textContent = own === name ? message : "";
+      field.setAttribute("aria-invalid", own === name);
     }
+    return Boolean(name);
   }
 
-  #addSlider({ name, label, unit, low, high, step, default: standard }) {
-    const limits = { min: low, max: high, step: "any", "aria-label": label };
-    const range = element("input", { type: "range", id: `slider-${name}`, ...limits });
-    const field = element("input", { type: "text", inputmode: "decimal", autocomplete: "off" });
-    const row = this.#add(name, unit ? `${label}, ${unit}` : label, field, short(standard), range);
-    range.addEventListener("input", () => {
-      field.value = short(Math.round(range.value / step) * step);
-      // The published value need not be a whole number of steps: near it the slider snaps to it.
-      if (Math.abs(range.value - standard) < step / 2) field.value = row.given;
-      this.#style(row);
-    });
-    range.addEventListener("keydown", (event) => this.#key(event, row, step));
-    range.addEventListener("change", () => this.#changed(row));
-  }
-
-  /** A continuous slider would move by a hundredth of its length; the keys go by its step. */
-  #key(event, row, step) {
-    const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
-    if (!by) return;
-    event.preventDefault();
-    row.range.value = Number(row.range.value) + by * step;
-    row.range.dispatchEvent(new Event("input"));
-    row.range.dispatchEvent(new Event("change"));
-  }
-
-  #add(name, text, field, given, range = null) {
+  #add(name, text, field, standard, range) {
     field.id = `value-${name}`;
     const error = element("p", { class: "error", id: `error-${name}` });
     field.setAttribute("aria-describedby", error.id);
-    const parts = [element("label", { for: field.id, text }), range, field, error].filter(Boolean);
-    const box = element("div", { class: "parameter" }, ...parts);
-    const row = { box, field, range, error, given };
+    const label = element("label", { for: field.id, text });
+    const box = element("div", { class: "parameter" }, label, range ?? "", field, error);
+    const row = { box, field, range, error, standard };
     field.addEventListener("change", () => {
+      this.#fill(row, field.value.trim() || standard);
       if (range) range.value = field.value;
-      this.#changed(row);
+      this.#changed();
     });
-    this.#rows.set(name, row);
+    if (range) {
+      range.id = `slider-${name}`;
+      // The published value need not be a whole number of steps: the slider's nearest stands for it.
+      range.addEventListener("input", () => {
+        const isNearest = Math.abs(range.value - standard) < range.step / 2;
+        this.#fill(row, isNearest ? standard : range.value);
+      });
+      range.addEventListener("change", () => this.#changed());
+    }
+    this.#rows[name] = row;
     this.#form.append(box);
-    return row;
   }
 
-  #changed(row) {
-    row.field.value = row.field.value.trim() || row.given;
-    this.#style(row);
-    this.#onChange(this.parameters);
+  /** Tell what differs from the published physics. */
+  #changed() {
+    this.complain();
+    const changed = Object.entries(this.#rows).filter(([, { field, standard }]) => field.value !== standard);
+    this.#onChange(Object.fromEntries(changed.map(([name, { field }]) => [name, field.value])));
   }
 
-  #style({ box, field, given }) {
-    box.classList.toggle("changed", field.value !== given);
+  #fill({ box, field, standard }, text) {
+    field.value = text;
+    box.classList.toggle("changed", text !== standard);
   }
-}
-
-/** A number without the noise of its last bits. */
-function short(number) {
-  return String(Number(Number(number).toPrecision(5)));
 }

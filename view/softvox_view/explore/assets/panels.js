@@ -1,70 +1,69 @@
 // Words and numbers: robots, changes, a path; and the table to download.
 
 import { heading } from "./colours.js";
-import { element } from "./dom.js";
+import { element } from "./page.js";
 import { digitsOf } from "./robot.js";
 
 const TOP = 100; // of the fittest, compared
 
-/** A number with its sign, or a dash where the design diverged. */
-function number(value, decimals = 2, signed = false) {
+/** A number with its sign, or a word where the design diverged. */
+function number(value, decimals = 2, plus = "") {
   if (value === null || value === undefined) return "diverged";
   const text = Math.abs(value).toFixed(decimals);
-  const isZero = Number(text) === 0;
-  if (value < 0 && !isZero) return `−${text}`;
-  return signed && !isZero ? `+${text}` : text;
+  const sign = value < 0 ? "−" : plus;
+  return Number(text) === 0 ? text : sign + text;
 }
 
 /** The rank of a design, from 1: one more than there are better ones. */
 function rankOf(fitness, design) {
+  if (fitness[design] === null) return "none";
   return 1 + fitness.filter((value) => value !== null && value > fitness[design]).length;
 }
 
 /** One line about a design, for the cell under the pointer. */
-export function inShort(design, atlas, values) {
-  const fitness = values.fitness[design];
-  const words = [`${design} · ${digitsOf(design)}`, `fitness ${number(fitness)}`];
-  if (fitness) words.push(`heading ${number(heading(values.dx[design], values.dy[design]), 0)}°`);
-  words.push(`under noise ${number(atlas.noise[design])}`);
-  words.push(`published ${number(atlas.fitness[design])}`);
-  return words.join(", ");
+export function inShort(design, atlas, { dx, dy, fitness }) {
+  const travels = fitness[design] ? [`heading ${number(heading(dx[design], dy[design]), 0)}°`] : [];
+  return [
+    `${design} · ${digitsOf(design)}`,
+    `fitness ${number(fitness[design])}`,
+    ...travels,
+    `under noise ${number(atlas.noise[design])}`,
+    `published ${number(atlas.fitness[design])}`,
+  ].join(", ");
 }
 
-/** Fill the table of facts with one robot, or two and their difference. */
-export function fillFacts(table, robots, atlas, values) {
+/** Fill the table of facts with one design, or two and their difference. */
+export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
   const rows = [
-    ["design", (r) => r.design],
-    ["digits", (r) => r.digits],
-    ["voxels, active", (r) => `${atlas.n_voxels[r.design]}, ${atlas.n_active[r.design]}`],
-    ["in one piece", (r) => (atlas.is_connected[r.design] ? "yes" : "no")],
-    ["fitness", (r) => r.fitness, 4],
-    ["published", (r) => atlas.fitness[r.design], 4],
-    ["mean under noise", (r) => atlas.noise[r.design], 2],
-    ["rank of 6561", (r) => (r.fitness === null ? "none" : rankOf(values.fitness, r.design))],
-    ["dx", (r) => r.dx, 2],
-    ["dy", (r) => r.dy, 2],
-    ["heading, °", (r) => (r.fitness ? heading(r.dx, r.dy) : "none"), 1],
+    ["design", (i) => i],
+    ["digits", digitsOf],
+    ["voxels, active", (i) => `${atlas.n_voxels[i]}, ${atlas.n_active[i]}`],
+    ["in one piece", (i) => (atlas.is_connected[i] ? "yes" : "no")],
+    ["fitness", (i) => fitness[i], 4],
+    ["published", (i) => atlas.fitness[i], 4],
+    ["mean under noise", (i) => atlas.noise[i], 2],
+    ["rank of 6561", (i) => rankOf(fitness, i)],
+    ["dx", (i) => dx[i], 2],
+    ["dy", (i) => dy[i], 2],
+    ["heading, °", (i) => (fitness[i] ? heading(dx[i], dy[i]) : "none"), 1],
   ];
-  const two = robots.length > 1;
-  const names = [...robots.map((_, k) => "AB"[k]), ...(two ? ["B − A"] : [])];
-  const head = names.map((text) => element("th", { text, scope: "col" }));
+  const row = (name, texts, tag, scope) =>
+    element("tr", {}, name, ...texts.map((text) => element(tag, { text, ...scope })));
+  const isTwo = designs.length > 1;
   const body = rows.map(([name, of, decimals]) => {
-    const given = robots.map(of);
-    const show = (value) => (typeof value === "string" || !decimals ? value : number(value, decimals));
-    const texts = given.map(show);
-    if (two) {
-      const isNumber = decimals && given.every((value) => typeof value === "number");
-      const change = name.startsWith("heading") ? turn(given[1] - given[0]) : given[1] - given[0];
-      texts.push(isNumber ? number(change, decimals, true) : "");
+    const given = designs.map(of);
+    const isCount = decimals === undefined;
+    const texts = given.map((v) => (isCount || v === "none" ? v : number(v, decimals)));
+    if (isTwo) {
+      const isNumber = !isCount && given.every((value) => typeof value === "number");
+      const change = given[1] - given[0];
+      const turned = name.startsWith("heading") ? change - 360 * Math.round(change / 360) : change;
+      texts.push(isNumber ? number(turned, decimals, "+") : "");
     }
-    const cells = texts.map((text) => element("td", { text }));
-    return element("tr", {}, element("th", { text: name, scope: "row" }), ...cells);
+    return row(element("th", { text: name, scope: "row" }), texts, "td");
   });
-  table.replaceChildren(element("tr", {}, element("td"), ...head), ...body);
-}
-
-function turn(degrees) {
-  return ((((degrees + 180) % 360) + 360) % 360) - 180;
+  const names = isTwo ? ["A", "B", "B − A"] : ["A"];
+  table.replaceChildren(row(element("td"), names, "th", { scope: "col" }), ...body);
 }
 
 /** All designs, the fittest first; of equals the lower number, and what diverged last. */
@@ -72,7 +71,7 @@ function ranking(fitness) {
   return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 
-/** What changed between two landscapes: {stayed, best, former, lines}, in words. */
+/** What changed between two landscapes: {best, former, lines}, in words. */
 export function changesOf(before, now) {
   const [then, order] = [ranking(before), ranking(now)];
   const [best, former] = [order[0], then[0]];
@@ -89,22 +88,19 @@ export function changesOf(before, now) {
     const fate = now[former] === null ? "it diverged" : `now rank ${rank}, ${number(now[former])}`;
     lines.push(`☆ ${former} was the best: ${fate}`);
   }
-  lines.push(`mean change ${differences.length ? number(mean, 3, true) : "unknown"} voxel widths`);
+  lines.push(`mean change ${differences.length ? number(mean, 3, "+") : "unknown"} voxel widths`);
   if (diverged) lines.push(`${diverged} designs diverged (×)`);
   return { best, former, lines };
 }
 
 /** The designs of a path that were the best so far: [{design, at}]. */
 export function improvements({ designs, fitness }) {
-  const found = [];
   let best = -1;
-  designs.forEach((design, at) => {
-    if ((fitness[at] ?? -1) > best) {
-      best = fitness[at];
-      found.push({ design, at });
-    }
+  return designs.flatMap((design, at) => {
+    if ((fitness[at] ?? -1) <= best) return [];
+    best = fitness[at];
+    return [{ design, at }];
   });
-  return found;
 }
 
 /** Tell how far a path came. */
@@ -119,4 +115,20 @@ export function pathInShort(path, upto, atlas) {
   const when = path.total > upto ? ` after all ${path.total}` : "";
   const end = isEnd ? `; it recommends ${path.recommended}${when}, rank ${path.rank} of all` : "";
   return `${words}; ${found}${end}`;
+}
+
+/** What differs from the published physics. */
+export function wordsOf(parameters) {
+  const changes = Object.entries(parameters).map((change) => change.join(" ").replaceAll("_", " "));
+  return `physics: ${changes.join(", ") || "as published"}`;
+}
+
+/** All designs as they are now, as CSV; the numbers carry every bit. */
+export function csvOf(atlas, { dx, dy, fitness }) {
+  const head = "design,digits,dx,dy,fitness,status,fitness_published,mean_under_noise";
+  const rows = fitness.map((value, i) => {
+    const status = value === null ? "diverged" : "ok";
+    return [i, digitsOf(i), dx[i], dy[i], value, status, atlas.fitness[i], atlas.noise[i]].join(",");
+  });
+  return new Blob([[head, ...rows, ""].join("\n")], { type: "text/csv" });
 }

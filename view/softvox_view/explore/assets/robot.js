@@ -1,105 +1,85 @@
-// Small drawings of robots, and the diagram in which one is drawn by clicking its voxels.
+// Designs and small drawings of them, and the diagram in which one is drawn by clicking its voxels.
 
-import { element } from "./dom.js";
-
-const AZIMUTH = (-62 * Math.PI) / 180; // as the replay begins
-const ELEVATION = (27 * Math.PI) / 180;
-const TOWARDS = [Math.cos(AZIMUTH), Math.sin(AZIMUTH)];
+import { element, Refused } from "./page.js";
 
 const NAMES = ["absent", "passive", "active"];
 const FILLS = [null, [77, 214, 237], [242, 69, 56]]; // of softvox_gym.rendering
+const SITES = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1, (i >> 1) & 1, i >> 2]); // [x, y, z]
+const FARTHEST_FIRST = [2, 3, 6, 0, 7, 1, 4, 5];
 
-// The three faces that are seen, as corners of the unit cube, and how bright they are.
+// The three faces that are seen, as corners of the unit cube, their middle, and how bright they are.
 const FACES = [
-  [[[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], 1],
-  [[[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], 0.84],
-  [[[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]], 0.66],
+  [[[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [0.5, 0.5, 1], 1],
+  [[[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], [0.5, 0, 0.5], 0.84],
+  [[[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]], [1, 0.5, 0.5], 0.66],
 ];
 
 /** The digits d_0 d_1 ... of a design, as a text. */
 export function digitsOf(design) {
-  return Array.from({ length: 8 }, (_, i) => Math.floor(design / 3 ** i) % 3).join("");
+  return SITES.map((_, i) => Math.floor(design / 3 ** i) % 3).join("");
 }
 
-/** Where a site is: [x, y, z]. */
-function siteOf(i) {
-  return [i & 1, (i >> 1) & 1, i >> 2];
+/** The number, as a text, of the design that a number or digits stand for. */
+export function designOf(text) {
+  const given = String(text);
+  if (/^[012]{8}$/.test(given)) return String(parseInt([...given].reverse().join(""), 3));
+  if (/^(0|[1-9]\d{0,3})$/.test(given) && given <= 6560) return given;
+  throw new Refused(`design '${given}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2`);
 }
 
+/** Where a point is seen, as the replay begins: from azimuth -62° and elevation 27°. */
 function project([x, y, z]) {
-  const [u, v] = [x - 1, y - 1];
-  const right = -TOWARDS[1] * u + TOWARDS[0] * v;
-  const down = Math.sin(ELEVATION) * (TOWARDS[0] * u + TOWARDS[1] * v);
-  return [right, down - Math.cos(ELEVATION) * (z - 1)];
-}
-
-function nearness(i) {
-  const [x, y, z] = siteOf(i);
-  return (x * TOWARDS[0] + y * TOWARDS[1]) * Math.cos(ELEVATION) + z * Math.sin(ELEVATION);
+  const [u, v, w] = [x - 1, y - 1, z - 1];
+  return [0.8829 * u + 0.4695 * v, 0.2131 * u - 0.4008 * v - 0.891 * w];
 }
 
 /** Fill an SVG (viewBox -1.7 -1.9 3.4 3.3) with a robot. */
 export function drawRobot(svg, digits) {
-  const order = [...digits].map((_, i) => i).sort((a, b) => nearness(a) - nearness(b));
-  const parts = order.filter((i) => digits[i] !== "0").flatMap((i) => cube(siteOf(i), digits[i]));
+  const parts = FARTHEST_FIRST.filter((i) => digits[i] !== "0").flatMap((i) => cube(i, digits[i]));
   const empty = { x: 0, y: 0, "font-size": 0.5, "text-anchor": "middle", text: "empty" };
   svg.replaceChildren(...(parts.length ? parts : [element("svg:text", empty)]));
 }
 
-function cube(site, digit) {
-  const faces = FACES.map(([corners, light]) => {
-    const points = corners.map((corner) => project(corner.map((c, k) => c + site[k])));
+function cube(i, digit) {
+  const placed = (corner) => project(corner.map((c, axis) => c + SITES[i][axis]));
+  return FACES.flatMap(([corners, middle, light]) => {
     const fill = `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`;
-    const shape = { points: points.join(" "), fill, stroke: "#1a1f29", "stroke-width": 0.04 };
-    return element("svg:polygon", { ...shape, "stroke-linejoin": "round" });
-  });
-  if (digit === "2") {
+    const shape = { points: corners.map(placed).join(" "), fill, class: "face" };
+    const [cx, cy] = placed(middle);
     // The dot tells active voxels from passive ones without colour.
-    for (const place of [[0.5, 0.5, 1], [0.5, 0, 0.5], [1, 0.5, 0.5]]) {
-      const [cx, cy] = project(place.map((c, k) => c + site[k]));
-      faces.push(element("svg:circle", { cx, cy, r: 0.1, fill: "#1a1f29" }));
-    }
-  }
-  return faces;
+    const dot = digit === "2" ? [element("svg:circle", { cx, cy, r: 0.1 })] : [];
+    return [element("svg:polygon", shape), ...dot];
+  });
 }
 
-/** The 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to active. */
-export class Editor {
-  #digits = "00000000";
-  #buttons = [];
-
-  /** Fill an element; calls onChange(digits). */
-  constructor(parent, onChange) {
-    for (const z of [1, 0]) {
-      const legend = element("legend", { text: z ? "upper layer" : "lower layer" });
-      const buttons = [2, 3, 0, 1].map((place) => this.#button(place + 4 * z, onChange));
-      parent.append(element("fieldset", {}, legend, ...buttons));
-    }
-    const text = "Click a voxel: absent, passive, active. x to the right, y upward.";
-    parent.append(element("p", { class: "quiet-text", text }));
-  }
-
-  #button(i, onChange) {
-    const button = element("button", { type: "button", "data-site": i });
-    button.addEventListener("click", () => {
-      const digits = [...this.#digits];
-      digits[i] = (Number(digits[i]) + 1) % 3;
-      this.show(digits.join(""));
-      onChange(this.#digits);
-    });
-    this.#buttons[i] = button;
-    return button;
-  }
-
-  /** Show a design. */
-  show(digits) {
-    this.#digits = digits;
-    this.#buttons.forEach((button, i) => {
-      const [x, y, z] = siteOf(i);
+/**
+ * Fill an element with the 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to
+ * active, and calls onChange(digits). Returns what shows digits in it.
+ */
+export function editor(parent, onChange) {
+  let shown = "00000000";
+  const buttons = SITES.map((_, i) => element("button", { type: "button", "data-site": i }));
+  const show = (digits) => {
+    shown = digits;
+    buttons.forEach((button, i) => {
+      const [x, y, z] = SITES[i];
       const name = NAMES[digits[i]];
       button.className = `voxel ${name}`;
       button.textContent = ["·", "P", "A"][digits[i]];
       button.setAttribute("aria-label", `x ${x}, y ${y}, z ${z}: ${name}`);
     });
+  };
+  buttons.forEach((button, i) => {
+    button.addEventListener("click", () => {
+      show([...shown].map((digit, k) => (k === i ? (Number(digit) + 1) % 3 : digit)).join(""));
+      onChange(shown);
+    });
+  });
+  for (const [text, sites] of [["upper layer", [6, 7, 4, 5]], ["lower layer", [2, 3, 0, 1]]]) {
+    const layer = sites.map((i) => buttons[i]);
+    parent.append(element("fieldset", {}, element("legend", { text }), ...layer));
   }
+  const text = "Click a voxel: absent, passive, active. x to the right, y upward.";
+  parent.append(element("p", { class: "quiet-text", text }));
+  return show;
 }

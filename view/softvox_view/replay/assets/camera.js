@@ -3,70 +3,57 @@
 const NEAREST = 0.05; // voxel widths
 
 const add = (a, b, s = 1) => a.map((value, i) => value + s * b[i]);
+const times = (a, s) => a.map((value) => value * s);
 const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
 
-/** Return the box around a path, x and y in turns: its middle, and how far its corners are apart. */
-export function boxOf(pairs) {
-  const low = [Infinity, Infinity];
-  const high = [-Infinity, -Infinity];
-  pairs.forEach((value, i) => {
-    low[i % 2] = Math.min(low[i % 2], value);
-    high[i % 2] = Math.max(high[i % 2], value);
+/** Return the box around a path, x, y, z in turns: its middle, and how far its corners are apart. */
+export function boxOf(path) {
+  const sides = [0, 1].map((axis) => {
+    const along = path.filter((_, i) => i % 3 === axis);
+    return [Math.min(...along), Math.max(...along)];
   });
-  if (!pairs.length) return { middle: [0, 0], across: 0 };
-  const middle = [0, 1].map((axis) => (low[axis] + high[axis]) / 2);
-  return { middle, across: Math.hypot(high[0] - low[0], high[1] - low[1]) };
+  const middle = sides.map(([low, high]) => (low + high) / 2);
+  return { middle, across: Math.hypot(...sides.map(([low, high]) => high - low)) };
 }
 
 /**
  * Return the camera for a robot in a frame. It follows the robot, or sees all of its path.
  *
  * Lengths are voxel widths, and places are relative to `anchor`, a grid point near the target, which
- * keeps single precision precise.
+ * keeps single precision precise. Right and up are half the picture's width and height, seen from a
+ * distance of 1.
  */
 export function cameraOf(style, robot, frame, view, panel) {
   const slope = Math.tan(style.field_of_view / 2);
-  const { middle, across } = robot.box;
-  const whole = robot.distance + (view.follow ? 0 : across / 2 / slope);
+  const whole = robot.distance + (view.follow ? 0 : robot.box.across / 2 / slope);
   const distance = whole / view.zoom;
-  const own = [robot.centres[2 * frame] ?? 0, robot.centres[2 * frame + 1] ?? 0];
-  const centre = view.follow ? own : middle;
-  const anchor = [Math.floor(centre[0]), Math.floor(centre[1]), 0];
-  const target = add([...centre, style.aim * robot.distance], anchor, -1);
-  const { right, up, backward } = axesOf(view);
-  const eye = add(target, backward, distance);
-  const forward = backward.map((value) => -value);
-  // Half the picture's width and height, seen from a distance of 1.
-  const side = Math.min(panel.width, panel.height);
-  const half = [(panel.width * slope) / side, (panel.height * slope) / side];
-  return {
-    anchor,
-    distance,
-    eye,
-    forward,
-    right: right.map((value) => value * half[0]),
-    up: up.map((value) => value * half[1]),
-    target: target.slice(0, 2),
-    matrix: projection({ right, up, forward, eye, half, far: 40 * distance }),
-    scale: side / (2 * slope) / distance, // pixels per voxel width at the target
-  };
-}
+  const own = [...robot.path.subarray(3 * frame, 3 * frame + 3)];
+  const [x, y] = view.follow ? own : robot.box.middle;
+  const anchor = [Math.floor(x), Math.floor(y), 0];
+  const target = add([x, y, style.aim * robot.distance], anchor, -1);
 
-function axesOf(view) {
-  const [azimuth, elevation] = [view.azimuth, view.elevation].map((d) => (d * Math.PI) / 180);
+  const [azimuth, elevation] = times([view.azimuth, view.elevation], Math.PI / 180);
   const [level, rise] = [Math.cos(elevation), Math.sin(elevation)];
-  const [x, y] = [Math.cos(azimuth), Math.sin(azimuth)];
-  return { backward: [level * x, level * y, rise], right: [-y, x, 0], up: [-rise * x, -rise * y, level] };
-}
+  const [east, north] = [Math.cos(azimuth), Math.sin(azimuth)];
+  const backward = [level * east, level * north, rise];
+  const side = Math.min(panel.width, panel.height);
+  const right = times([-north, east, 0], (panel.width * slope) / side);
+  const up = times([-rise * east, -rise * north, level], (panel.height * slope) / side);
+  const forward = times(backward, -1);
+  const eye = add(target, backward, distance);
 
-/** Return the column-major matrix of a perspective view. */
-function projection({ right, up, forward, eye, half, far }) {
+  const far = 40 * distance;
   const depth = (far + NEAREST) / (far - NEAREST);
   const rows = [
-    [...right.map((v) => v / half[0]), -dot(right, eye) / half[0]],
-    [...up.map((v) => v / half[1]), -dot(up, eye) / half[1]],
-    [...forward.map((v) => v * depth), -dot(forward, eye) * depth - depth * NEAREST - NEAREST],
+    ...[right, up].map((axis) => times([...axis, -dot(axis, eye)], 1 / dot(axis, axis))),
+    [...times(forward, depth), -dot(forward, eye) * depth - depth * NEAREST - NEAREST],
     [...forward, -dot(forward, eye)],
   ];
-  return new Float32Array([0, 1, 2, 3].flatMap((j) => rows.map((row) => row[j])));
+  return {
+    ...{ anchor, distance, eye, forward, right, up },
+    target: target.slice(0, 2),
+    centre: add(own, anchor, -1),
+    matrix: [0, 1, 2, 3].flatMap((j) => rows.map((row) => row[j])), // column by column
+    pixels_per_width: side / (2 * slope) / distance, // at the target
+  };
 }

@@ -11,7 +11,7 @@
  */
 
 import { HELP, listen } from "./input.js";
-import { drawWave, PUMP, showPhase } from "./pump.js";
+import { PUMP, showPhase } from "./pump.js";
 import { Scene } from "./scene.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
@@ -36,7 +36,7 @@ const CONTROLS = `
     <input type="range" class="frame" min="0" step="1" aria-label="frame">
     <span class="clock"></span>
     <label>speed <select class="speed"></select></label>
-    <label><input type="checkbox" class="follow"> follow</label>
+    <label><input type="checkbox" class="follow" checked> follow</label>
     <button type="button" class="reset">reset view</button>
   </div>`;
 
@@ -70,7 +70,16 @@ export class SoftvoxPlayer {
     this.#fallback = [...element.childNodes];
     element.player = this;
     element.classList.add("softvox-player");
-    this.#build(speed);
+    element.innerHTML = CONTROLS;
+    const canvas = this.#find("canvas");
+    canvas.title = HELP;
+    this.#scene = Scene.on(canvas);
+    const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
+    this.#find(".speed").replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
+    this.#find(".speed").value = String(speed);
+    this.#listen(canvas);
+    this.#showPlaying();
+    this.#cover();
     if (recording) {
       this.load(recording);
       if (autoplay) this.autoplay();
@@ -122,20 +131,16 @@ export class SoftvoxPlayer {
    *   is what the element held before.
    */
   load(recording, still = null) {
-    if (recording.format !== "softvox-replay" || recording.version !== 1) {
-      throw new Error("not a recording that this player knows: softvox-replay, version 1");
+    if (recording.format !== "softvox-replay" || recording.version !== 2) {
+      throw new Error("not a recording that this player knows: softvox-replay, version 2");
     }
     this.#recording = recording;
     this.#still = still;
     this.#scene?.load(recording);
     this.#cover();
     this.#find(".frame").max = recording.frames - 1;
-    const labels = recording.robots.map(() => {
-      const label = document.createElement("div");
-      label.append(document.createElement("span"));
-      return label;
-    });
-    this.#find(".softvox-labels").replaceChildren(...labels);
+    const labels = "<div><span></span></div>".repeat(recording.robots.length);
+    this.#find(".softvox-labels").innerHTML = labels;
     this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
     this.seek(0);
   }
@@ -155,10 +160,19 @@ export class SoftvoxPlayer {
       this.#tick = requestAnimationFrame(tick);
       const passed = Math.min((now - (before ?? now)) / 1000, MOST_SECONDS_PER_TICK);
       before = now;
-      this.#advance(passed * Number(this.#find(".speed").value));
+      const { frames, seconds_per_frame: step } = this.#recording;
+      this.#time = (this.#time + passed * this.#find(".speed").value) % (frames * step);
+      const frame = Math.min(Math.floor(this.#time / step + 1e-6), frames - 1);
+      if (frame !== this.#frame) this.#show(frame);
     };
     this.#tick = requestAnimationFrame(tick);
     this.#showPlaying();
+  }
+
+  /** Go some frames on, or back, and stop there. */
+  step(frames) {
+    this.pause();
+    this.seek(this.#frame + frames);
   }
 
   /** Run the clock unless the reader asked for reduced motion. */
@@ -171,6 +185,26 @@ export class SoftvoxPlayer {
     cancelAnimationFrame(this.#tick);
     this.#tick = 0;
     this.#showPlaying();
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+
+  /** Orbit by some degrees. */
+  turn(azimuth, elevation) {
+    const view = this.#view;
+    this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
+  }
+
+  zoom(factor) {
+    this.view = { zoom: this.#view.zoom * factor };
+  }
+
+  /** Take the view at the start. */
+  reset() {
+    this.view = VIEW;
   }
 
   /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
@@ -193,52 +227,17 @@ export class SoftvoxPlayer {
     delete this.#element.player;
   }
 
-  #build(speed) {
-    this.#element.innerHTML = CONTROLS;
-    const canvas = this.#find("canvas");
-    canvas.title = HELP;
-    this.#scene = Scene.on(canvas);
-    this.#fillSpeeds(speed);
-    drawWave(this.#find(".softvox-pump"));
-    this.#find(".follow").checked = true;
-    this.#listen(canvas);
-    this.#showPlaying();
-    this.#cover();
-  }
-
-  #fillSpeeds(speed) {
-    const select = this.#find(".speed");
-    const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
-    select.replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
-    select.value = String(speed);
-  }
-
   #listen(canvas) {
-    const signal = this.#listeners.signal;
-    const on = (target, type, handler, options = {}) =>
-      target.addEventListener(type, handler, { signal, ...options });
-    on(this.#find(".play"), "click", () => this.#toggle());
+    const { signal } = this.#listeners;
+    const on = (target, type, handler) => target.addEventListener(type, handler, { signal });
+    on(this.#find(".play"), "click", () => this.toggle());
     on(this.#find(".frame"), "input", (event) => {
       this.pause();
       this.seek(Number(event.target.value));
     });
     on(this.#find(".follow"), "change", () => this.#draw());
-    on(this.#find(".reset"), "click", () => (this.view = VIEW));
-    const view = this.#view;
-    const actions = {
-      turn: (azimuth, elevation) => {
-        this.view = { azimuth: view.azimuth + azimuth, elevation: view.elevation + elevation };
-      },
-      zoom: (factor) => (this.view = { zoom: view.zoom * factor }),
-      step: (frames) => {
-        this.pause();
-        this.seek(this.#frame + frames);
-      },
-      toggle: () => this.#toggle(),
-      toggleFollow: () => (this.view = { follow: !this.view.follow }),
-      reset: () => (this.view = VIEW),
-    };
-    listen(canvas, actions, signal);
+    on(this.#find(".reset"), "click", () => this.reset());
+    listen(canvas, this, signal);
     on(canvas, "webglcontextlost", (event) => {
       event.preventDefault(); // or it could not come back
       this.pause();
@@ -255,11 +254,6 @@ export class SoftvoxPlayer {
     this.#sizes.observe(canvas);
   }
 
-  #toggle() {
-    if (this.playing) this.pause();
-    else this.play();
-  }
-
   get #names() {
     return this.#recording.robots.map((robot) => robot.label).join("; ");
   }
@@ -269,18 +263,13 @@ export class SoftvoxPlayer {
     this.#find(".softvox-lost")?.remove();
     this.#element.classList.toggle("softvox-still", !this.supported);
     if (this.supported) return;
-    const message = Object.assign(document.createElement("p"), { className: "softvox-message", textContent: reason });
-    const picture = this.#still && Object.assign(new Image(), { src: this.#still, alt: this.#names });
-    const cover = Object.assign(document.createElement("div"), { className: "softvox-lost" });
-    cover.append(message, ...(picture ? [picture] : this.#fallback.map((node) => node.cloneNode(true))));
+    const made = (tag, values) => Object.assign(document.createElement(tag), values);
+    const cover = made("div", { className: "softvox-lost" });
+    const shown = this.#still
+      ? [made("img", { src: this.#still, alt: this.#names })]
+      : this.#fallback.map((node) => node.cloneNode(true));
+    cover.append(made("p", { className: "softvox-message", textContent: reason }), ...shown);
     this.#find(".softvox-stage").append(cover);
-  }
-
-  #advance(seconds) {
-    const { frames, seconds_per_frame: step } = this.#recording;
-    this.#time = (this.#time + seconds) % (frames * step);
-    const frame = Math.min(Math.floor(this.#time / step + 1e-6), frames - 1);
-    if (frame !== this.#frame) this.#show(frame);
   }
 
   #show(frame) {
@@ -294,8 +283,7 @@ export class SoftvoxPlayer {
     this.#find(".clock").textContent = `${time.toFixed(2)} s`;
     this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
     showPhase(this.#find(".softvox-pump"), cycle, time < settle);
-    const detail = { frame, time, cycle };
-    this.#element.dispatchEvent(new CustomEvent("frame", { detail }));
+    this.#element.dispatchEvent(new CustomEvent("frame", { detail: { frame, time, cycle } }));
   }
 
   #showPlaying() {

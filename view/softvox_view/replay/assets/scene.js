@@ -14,41 +14,41 @@ const TRAIL_WIDTH = 3.5; // CSS pixels
 /** The robots of a recording, in panels on a canvas. */
 export class Scene {
   #gl;
-  #canvas;
-  #programs;
+  #programs = {};
   #style = null;
   #robots = [];
   #settled = 0; // the frame with which the trail begins
 
   /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
   static on(canvas) {
-    const options = { alpha: false, antialias: true, stencil: true };
-    const gl = canvas.getContext("webgl2", options);
-    if (!gl || gl.isContextLost()) return null;
+    const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, stencil: true });
     try {
-      return new Scene(canvas, gl);
+      return gl && !gl.isContextLost() ? new Scene(gl) : null;
     } catch (error) {
       console.warn(error); // the page shows a still picture, and somebody may want to know why
       return null;
     }
   }
 
-  constructor(canvas, gl) {
-    this.#canvas = canvas;
+  constructor(gl) {
     this.#gl = gl;
     const sources = { floor: FLOOR, cubes: CUBES, shadow: SHADOW, trail: TRAIL };
-    this.#programs = Object.fromEntries(
-      Object.entries(sources).map(([name, parts]) => [name, compiled(gl, ...parts)]),
-    );
+    for (const [name, parts] of Object.entries(sources)) this.#programs[name] = compiled(gl, parts);
   }
 
   /** Take the robots of a recording in. */
-  load(recording) {
+  load({ style, settle_time, seconds_per_frame, frames, robots }) {
     this.#forget();
-    this.#style = recording.style;
-    const settled = Math.round(recording.settle_time / recording.seconds_per_frame);
-    this.#settled = Math.min(settled, recording.frames - 1);
-    this.#robots = recording.robots.map((robot) => this.#uploaded(robot));
+    const [x_axis, y_axis] = style.axis_colours;
+    // GLSL has its own words floor and active.
+    this.#style = { ...style, x_axis, y_axis, floor_colour: style.floor, active_colour: style.active };
+    this.#settled = Math.min(Math.round(settle_time / seconds_per_frame), frames - 1);
+    this.#robots = robots.map(({ position, quaternion, edge, active, centre, scale, distance }) => {
+      const path = new Float32Array(bytes(centre).buffer);
+      const moving = [position, quaternion, edge].map(bytes);
+      const buffers = [...moving, Uint8Array.from(active), path].map((array) => this.#buffer(array));
+      return { voxels: active.length, scale, distance, path, box: boxOf(path), buffers };
+    });
   }
 
   /**
@@ -59,22 +59,21 @@ export class Scene {
    */
   draw(frame, view) {
     const gl = this.#gl;
+    const { canvas } = gl;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
-    const { clientWidth, clientHeight } = this.#canvas;
-    const [width, height] = [clientWidth, clientHeight].map((side) =>
-      Math.max(1, Math.round(side * ratio)),
-    );
-    if (this.#canvas.width !== width) this.#canvas.width = width;
-    if (this.#canvas.height !== height) this.#canvas.height = height;
-    const panels = arranged(this.#robots.length, width, height);
+    for (const [side, shown] of [["width", canvas.clientWidth], ["height", canvas.clientHeight]]) {
+      const pixels = Math.max(1, Math.round(shown * ratio));
+      if (canvas[side] !== pixels) canvas[side] = pixels;
+    }
+    const panels = arranged(this.#robots.length, canvas.width, canvas.height);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(...this.#style.background, 1);
     gl.clear(gl.COLOR_BUFFER_BIT); // there may be more places than robots
     gl.enable(gl.SCISSOR_TEST);
     panels.forEach((panel, i) => {
-      const bottom = height - panel.top - panel.height;
-      gl.viewport(panel.left, bottom, panel.width, panel.height);
-      gl.scissor(panel.left, bottom, panel.width, panel.height);
+      const box = [panel.left, canvas.height - panel.top - panel.height, panel.width, panel.height];
+      gl.viewport(...box);
+      gl.scissor(...box);
       gl.clear(gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
       this.#drawRobot(this.#robots[i], frame, view, panel, ratio);
     });
@@ -90,27 +89,8 @@ export class Scene {
   }
 
   #forget() {
-    for (const robot of this.#robots) {
-      for (const buffer of robot.buffers) this.#gl.deleteBuffer(buffer);
-    }
+    for (const buffer of this.#robots.flatMap((robot) => robot.buffers)) this.#gl.deleteBuffer(buffer);
     this.#robots = [];
-  }
-
-  #uploaded(robot) {
-    const voxels = robot.active.length;
-    const values = {
-      position: numbers(robot.position),
-      quaternion: numbers(robot.quaternion),
-      edge: numbers(robot.edge),
-      active: Float32Array.from(robot.active),
-    };
-    const middles = floats(robot.centre);
-    values.position.forEach((_, i) => {
-      values.position[i] += middles[3 * Math.floor(i / (3 * voxels)) + (i % 3)];
-    });
-    const centres = middles.filter((_, i) => i % 3 < 2);
-    const buffers = [...Object.values(values), centres].map((array) => this.#buffer(array));
-    return { voxels, centres, buffers, box: boxOf(centres), distance: robot.distance };
   }
 
   #buffer(array) {
@@ -122,70 +102,62 @@ export class Scene {
   }
 
   #drawRobot(robot, frame, view, panel, ratio) {
-    const camera = cameraOf(this.#style, robot, frame, view, panel);
-    this.#drawFloor(camera);
-    if (!robot.voxels) return;
-    this.#takeVoxels(robot, frame);
-    this.#drawShadow(robot, camera);
-    this.#drawTrail(robot, frame, camera, panel, ratio);
-    this.#takeVoxels(robot, frame);
-    this.#drawCubes(robot, camera, ratio);
-  }
-
-  /** Let the shaders read position, quaternion and edge in a frame, and which voxels are active. */
-  #takeVoxels(robot, frame) {
-    [3, 4, 1].forEach((size, i) => {
-      this.#attribute(i, robot.buffers[i], size, 4 * size * frame * robot.voxels);
-    });
-    this.#attribute(3, robot.buffers[3], 1, 0);
-  }
-
-  #attribute(location, buffer, size, offset, stride = 0) {
-    const gl = this.#gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.enableVertexAttribArray(location);
-    gl.vertexAttribPointer(location, size, gl.FLOAT, false, stride, offset);
-    gl.vertexAttribDivisor(location, 1);
-  }
-
-  #drawFloor(camera) {
     const gl = this.#gl;
     const style = this.#style;
-    const { anchor, eye, forward, right, up, target } = camera;
-    this.#use("floor", {
-      ...{ anchor, eye, forward, right, up, target },
+    const camera = cameraOf(style, robot, frame, view, panel);
+    const values = {
+      ...style,
+      ...camera,
+      scale: robot.scale,
       fade: style.fade * camera.distance,
-      grid_line: style.grid_line,
-      grid_strength: style.grid_strength,
-      axis_line: style.axis_line,
-      axis_strength: style.axis_strength,
-      background: style.background,
-      floor_colour: style.floor,
-      ink: style.ink,
-      x_axis: style.axis_colours[0],
-      y_axis: style.axis_colours[1],
-    });
-    for (let i = 0; i < 4; i++) gl.disableVertexAttribArray(i);
+      line: Math.max(style.line * camera.pixels_per_width, style.thinnest_line * ratio),
+      pixels: [panel.width, panel.height],
+      trail_width: TRAIL_WIDTH * ratio,
+    };
+    this.#take();
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
+    this.#use("floor", values);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    if (!robot.voxels) return;
+
+    const [position, quaternion, edge, active, path] = robot.buffers;
+    const first = 2 * frame * robot.voxels;
+    const voxels = [
+      [position, 3, gl.SHORT, 3 * first],
+      [quaternion, 4, gl.SHORT, 4 * first],
+      [edge, 1, gl.SHORT, first],
+      [active, 1, gl.UNSIGNED_BYTE, 0],
+    ];
+    this.#take(...voxels);
+    this.#drawShadow(robot, values);
+    const segments = frame - this.#settled;
+    if (segments > 0) {
+      const ends = [this.#settled, this.#settled + 1];
+      this.#take(...ends.map((end) => [path, 2, gl.FLOAT, 12 * end, 12]));
+      this.#use("trail", values);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, segments);
+      this.#take(...voxels);
+    }
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE);
+    this.#use("cubes", values);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, robot.voxels);
   }
 
   /** Darken each pixel at most once per layer: the stencil holds the last layer that did. */
-  #drawShadow(robot, camera) {
+  #drawShadow(robot, values) {
     const gl = this.#gl;
-    const { shadow, penumbra, light } = this.#style;
-    const darkening = 1 - (1 - shadow) ** (1 / SHADOW_LAYERS);
+    const darkening = 1 - (1 - values.shadow) ** (1 / SHADOW_LAYERS);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ZERO, gl.SRC_COLOR);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
     for (let i = 0; i < SHADOW_LAYERS; i++) {
       // A sunflower's spiral spreads the layers evenly over a disc.
-      const radius = 2 * penumbra * Math.sqrt((i + 0.5) / SHADOW_LAYERS);
+      const radius = 2 * values.penumbra * Math.sqrt((i + 0.5) / SHADOW_LAYERS);
       const shift = [radius * Math.cos(2.39996 * i), radius * Math.sin(2.39996 * i)];
-      const { matrix, anchor } = camera;
-      this.#use("shadow", { camera: matrix, anchor, light, shift, darkening });
+      this.#use("shadow", { ...values, shift, darkening });
       gl.stencilFunc(gl.NOTEQUAL, i + 1, 0xff);
       gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, robot.voxels);
     }
@@ -193,48 +165,23 @@ export class Scene {
     gl.disable(gl.BLEND);
   }
 
-  #drawTrail(robot, frame, camera, panel, ratio) {
-    const segments = frame - this.#settled;
-    if (segments < 1) return;
-    for (const [location, first] of [
-      [0, this.#settled],
-      [1, this.#settled + 1],
-    ]) {
-      this.#attribute(location, robot.buffers[4], 2, 8 * first);
-    }
-    for (const location of [2, 3]) this.#gl.disableVertexAttribArray(location);
-    this.#use("trail", {
-      camera: camera.matrix,
-      anchor: camera.anchor,
-      pixels: [panel.width, panel.height],
-      width: TRAIL_WIDTH * ratio,
-      tint: this.#style.trail,
-    });
-    this.#gl.drawArraysInstanced(this.#gl.TRIANGLE_STRIP, 0, 4, segments);
-  }
-
-  #drawCubes(robot, camera, ratio) {
+  /** Let the shaders read from buffers: numbers of a size and type, those of whole type up to 1. */
+  #take(...sources) {
     const gl = this.#gl;
-    const { light, passive, active, darkest, ink, line, thinnest_line } = this.#style;
-    this.#use("cubes", {
-      ...{ light, passive, darkest, ink },
-      camera: camera.matrix,
-      anchor: camera.anchor,
-      active_colour: active,
-      line: Math.max(line * camera.scale, thinnest_line * ratio),
+    for (let i = 0; i < 4; i++) gl.disableVertexAttribArray(i);
+    sources.forEach(([buffer, size, type, offset, stride = 0], i) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      gl.enableVertexAttribArray(i);
+      gl.vertexAttribPointer(i, size, type, type === gl.SHORT, stride, offset);
+      gl.vertexAttribDivisor(i, 1);
     });
-    gl.enable(gl.DEPTH_TEST);
-    gl.enable(gl.CULL_FACE);
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, robot.voxels);
   }
 
   #use(name, values) {
     const gl = this.#gl;
-    const { program, places } = this.#programs[name];
-    gl.useProgram(program);
-    for (const [key, value] of Object.entries(values)) {
-      const place = places[key];
-      if (place === undefined) continue;
+    gl.useProgram(this.#programs[name].program);
+    for (const [uniform, place] of this.#programs[name].places) {
+      const value = values[uniform];
       if (typeof value === "number") gl.uniform1f(place, value);
       else if (value.length === 2) gl.uniform2fv(place, value);
       else if (value.length === 3) gl.uniform3fv(place, value);
@@ -245,13 +192,11 @@ export class Scene {
 
 /** Return panels of equal size, in the number of columns that makes the shorter side largest. */
 function arranged(count, width, height) {
-  let best = { columns: 1, side: 0 };
-  for (let columns = 1; columns <= count; columns++) {
-    const side = Math.min(width / columns, height / Math.ceil(count / columns));
-    if (side > best.side) best = { columns, side };
-  }
-  const [columns, rows] = [best.columns, Math.ceil(count / best.columns)];
-  const split = (side, i, n) => [Math.round((side * i) / n), Math.round((side * (i + 1)) / n)];
+  const side = (n) => Math.min(width / n, height / Math.ceil(count / n));
+  let columns = 1;
+  for (let n = 2; n <= count; n++) if (side(n) > side(columns)) columns = n;
+  const rows = Math.ceil(count / columns);
+  const split = (length, i, n) => [Math.round((length * i) / n), Math.round((length * (i + 1)) / n)];
   return Array.from({ length: count }, (_, i) => {
     const [left, right] = split(width, i % columns, columns);
     const [top, bottom] = split(height, Math.floor(i / columns), rows);
@@ -259,7 +204,7 @@ function arranged(count, width, height) {
   });
 }
 
-function compiled(gl, ...sources) {
+function compiled(gl, sources) {
   const program = gl.createProgram();
   const shaders = sources.map((source, i) => {
     const shader = gl.createShader(i ? gl.FRAGMENT_SHADER : gl.VERTEX_SHADER);
@@ -270,32 +215,12 @@ function compiled(gl, ...sources) {
   });
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-    const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader))];
+    const logs = shaders.map((shader) => gl.getShaderInfoLog(shader));
     throw new Error(`a shader does not compile: ${logs.join(" ")}${gl.getProgramInfoLog(program)}`);
   }
-  const places = {};
-  for (let i = 0; i < (gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) ?? 0); i++) {
-    const { name } = gl.getActiveUniform(program, i);
-    places[name] = gl.getUniformLocation(program, name);
-  }
-  return { program, places };
+  const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) ?? 0;
+  const names = Array.from({ length: count }, (_, i) => gl.getActiveUniform(program, i).name);
+  return { program, places: names.map((name) => [name, gl.getUniformLocation(program, name)]) };
 }
 
-/** Return the numbers that a recording holds as 16-bit counts, base64 and little-endian. */
-function numbers({ data, offset, scale }) {
-  const text = atob(data);
-  const size = offset.length;
-  const values = new Float32Array(text.length / 2);
-  for (let i = 0; i < values.length; i++) {
-    const count = text.charCodeAt(2 * i) + 256 * text.charCodeAt(2 * i + 1);
-    values[i] = offset[i % size] + scale[i % size] * count;
-  }
-  return values;
-}
-
-/** Return the numbers that a recording holds as 32-bit floats, base64 and little-endian. */
-function floats(data) {
-  const bytes = Uint8Array.from(atob(data), (character) => character.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  return Float32Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
-}
+const bytes = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));

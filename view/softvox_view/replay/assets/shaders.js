@@ -1,10 +1,5 @@
 /** The shaders of the scene, each a pair: of the corners, and of the pixels. */
 
-const EYE = `
-uniform mat4 camera; // from (x, y, z, 1) relative to the anchor to the clip space
-uniform vec3 anchor; // a grid point near the target, which keeps single precision precise
-`;
-
 export const FLOOR = [
   `out vec2 spot;
 void main() {
@@ -46,7 +41,10 @@ void main() {
 }`,
 ];
 
-const CORNER = `${EYE}
+const CORNER = `
+uniform mat4 matrix; // from (x, y, z, 1) relative to the anchor to the clip space
+uniform vec3 centre; // of the robot, relative to the anchor
+uniform float scale; // of positions from there, and of edges
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 quaternion; // w, x, y, z
 layout(location = 2) in float edge;
@@ -56,7 +54,7 @@ vec3 turned(vec3 v) {
 }
 const vec2 CORNERS[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(1, 1),
                                 vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
-// The corner of a cube from -1 to 1 that a vertex (0 ... 35) stands for; its place on the face.
+// The place of a cube's corner that a vertex (0 ... 35) stands for.
 vec3 corner(out vec2 on_face, out vec3 normal) {
   int face = gl_VertexID / 6, axis = face / 2;
   float side = float(1 - 2 * (face & 1));
@@ -64,7 +62,7 @@ vec3 corner(out vec2 on_face, out vec3 normal) {
   vec3 local = vec3(side, on_face * vec2(side, 1.0));
   normal = vec3(side, 0.0, 0.0);
   for (int i = 0; i < axis; i++) { local = local.zxy; normal = normal.zxy; }
-  return local;
+  return centre + scale * (position + turned(local * edge / 2.0));
 }
 `;
 
@@ -77,13 +75,12 @@ uniform vec3 light, passive, active_colour;
 uniform float darkest;
 void main() {
   vec3 normal;
-  vec3 local = corner(on_face, normal);
-  vec3 world = position + turned(local * edge / 2.0);
+  vec3 world = corner(on_face, normal);
   height = world.z;
   // Half-Lambert shading: faces turned from the light still differ from each other.
   float lit = (1.0 + dot(turned(normal), light)) / 2.0;
   base = mix(passive, active_colour, active_voxel) * mix(darkest, 1.0, lit);
-  gl_Position = camera * vec4(world - anchor, 1.0);
+  gl_Position = matrix * vec4(world, 1.0);
 }`,
   `in vec2 on_face;
 in vec3 base;
@@ -107,9 +104,9 @@ uniform vec3 light;
 uniform vec2 shift;
 void main() {
   vec2 on_face; vec3 normal;
-  vec3 world = position + turned(corner(on_face, normal) * edge / 2.0);
+  vec3 world = corner(on_face, normal);
   vec2 fallen = world.xy - light.xy / light.z * max(world.z, 0.0) + shift;
-  gl_Position = camera * vec4(vec3(fallen, 0.0) - anchor, 1.0);
+  gl_Position = matrix * vec4(fallen, 0.0, 1.0);
 }`,
   `uniform float darkening;
 out vec4 colour;
@@ -117,22 +114,23 @@ void main() { colour = vec4(vec3(1.0 - darkening), 1.0); }`,
 ];
 
 export const TRAIL = [
-  `${EYE}
-layout(location = 0) in vec2 from;
+  `layout(location = 0) in vec2 from;
 layout(location = 1) in vec2 to;
+uniform mat4 matrix;
+uniform vec3 anchor;
 uniform vec2 pixels; // of the panel
-uniform float width;
+uniform float trail_width;
 void main() {
-  vec4 a = camera * vec4(vec3(from, 0.0) - anchor, 1.0);
-  vec4 b = camera * vec4(vec3(to, 0.0) - anchor, 1.0);
+  vec4 a = matrix * vec4(vec3(from, 0.0) - anchor, 1.0);
+  vec4 b = matrix * vec4(vec3(to, 0.0) - anchor, 1.0);
   vec2 along = (b.xy / b.w - a.xy / a.w) * pixels;
   along = length(along) < 1e-4 ? vec2(1.0, 0.0) : normalize(along);
   vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
   vec4 end = corner.x < 0.0 ? a : b;
   vec2 reach = along * corner.x * 0.5 + vec2(-along.y, along.x) * corner.y;
-  gl_Position = end + vec4(reach * width / pixels * end.w, 0.0, 0.0);
+  gl_Position = end + vec4(reach * trail_width / pixels * end.w, 0.0, 0.0);
 }`,
-  `uniform vec3 tint;
+  `uniform vec3 trail;
 out vec4 colour;
-void main() { colour = vec4(tint, 1.0); }`,
+void main() { colour = vec4(trail, 1.0); }`,
 ];
