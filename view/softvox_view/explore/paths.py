@@ -54,8 +54,8 @@ def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str
     from softvox_search.oracle import Budget
 
     with _one_at_a_time:
-        found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
-    return _path(found.columns, found.design.index)
+        facts, log = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
+    return _path(log, facts["design"])
 
 
 def _path(log: Mapping[str, Any], recommended: int) -> dict[str, Any]:
