@@ -6,7 +6,7 @@ import pickle
 import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import cycle, zip_longest
 from typing import Any
 
@@ -21,12 +21,10 @@ from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.function import FunctionSearcher, is_function
 from softvox_search.global_random import global_states, set_global_states
 from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
-from softvox_search.protocol import Designs, Searcher
+from softvox_search.protocol import Searcher
 from softvox_search.registry import make as make_by_name
 from softvox_search.registry import require_methods
 from softvox_search.run import name_of, naming, recommended, run
-
-MakeSearcher = Callable[[Lattice, np.random.Generator], Searcher]
 
 #: How many designs are asked for, in turn: the searcher's own batch, and parts of one.
 SIZES = (None, 3, None, 1)
@@ -87,7 +85,7 @@ def check(
             "make must be the searcher's class, its name, a function f(evaluate, space, rng), or "
             f"another callable (space, rng) -> Searcher, got {make!r}"
         )
-    subject = _Subject(_maker(make), make_env, evaluations, seed)
+    subject = _Subject(make, make_env, evaluations, seed)
     states = global_states()
     try:
         for rule in (_has_the_methods, _is_deterministic, _is_undisturbed, _keeps_budgets):
@@ -100,18 +98,11 @@ def check(
         set_global_states(states)
 
 
-def _maker(make: Callable[..., Any] | str) -> MakeSearcher:
-    """Return what makes the searcher anew with every call."""
-    if isinstance(make, str):
-        return lambda space, rng: make_by_name(make, rng, space=space)
-    return partial(FunctionSearcher, make) if is_function(make) else make
-
-
 @dataclass(frozen=True)
 class _Subject:
     """The searcher under test."""
 
-    make: MakeSearcher
+    make: Callable[..., Any] | str
     make_env: MakeEnv
     evaluations: int
     seed: int
@@ -125,7 +116,16 @@ class _Subject:
         return name_of(self.searcher())
 
     def searcher(self) -> Searcher:
-        return self.make(self.space, np.random.default_rng(self.seed))
+        rng = np.random.default_rng(self.seed)
+        if isinstance(self.make, str):
+            return make_by_name(self.make, rng, space=self.space)
+        if is_function(self.make):
+            return FunctionSearcher(self.make, self.space, rng)
+        searcher: Searcher = self.make(self.space, rng)
+        return searcher
+
+    def make_noisy(self, n: int) -> VectorEnv[Any, Any, Any]:
+        return FitnessNoise(self.make_env(n), sigma=0.3)
 
     def oracle(self, make_env: MakeEnv, budget: Budget) -> Oracle:
         return Oracle(make_env, budget, rng=np.random.default_rng([self.seed, 1]))
@@ -145,31 +145,28 @@ class _Subject:
         if isinstance(searcher, FunctionSearcher):
             design = run(searcher, oracle)
             yield oracle.log.columns()["design"]
-        else:
-            with naming(self.name):
-                yield from self._batches(searcher, oracle, advised)
-                design = recommended(searcher.recommend(), self.space)
-        yield self.space.to_rows(design.array)
-
-    def _batches(self, searcher: Searcher, oracle: Oracle, advised: bool) -> Iterator[Designs]:
-        for size in cycle(SIZES):
-            if oracle.is_exhausted:
-                break
-            asked = checked(searcher.ask(size), self.space)
-            self.require(
-                size is None or len(asked) <= size,
-                f"returned {len(asked)} designs when asked for at most {size}",
-            )
-            yield asked
-            if len(asked) == 0:
-                break
-            answer = oracle.evaluate(asked)
-            before = pickle.dumps(answer)
-            searcher.tell(*answer)
-            self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
-            if advised:
-                searcher.recommend()
-        self.require(oracle.evaluations > 0, "asked for nothing at all")
+            yield self.space.to_rows(design.array)
+            return
+        with naming(self.name):
+            for size in cycle(SIZES):
+                if oracle.is_exhausted:
+                    break
+                asked = checked(searcher.ask(size), self.space)
+                self.require(
+                    size is None or len(asked) <= size,
+                    f"returned {len(asked)} designs when asked for at most {size}",
+                )
+                yield asked
+                if len(asked) == 0:
+                    break
+                answer = oracle.evaluate(asked)
+                before = pickle.dumps(answer)
+                searcher.tell(*answer)
+                self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
+                if advised:
+                    searcher.recommend()
+            self.require(oracle.evaluations > 0, "asked for nothing at all")
+            yield self.space.to_rows(recommended(searcher.recommend(), self.space).array)
 
     def require_same(
         self, course: Iterable[NDArray[Any]], other: Iterable[NDArray[Any]], message: str
@@ -189,8 +186,7 @@ def _has_the_methods(subject: _Subject) -> None:
 
 def _is_deterministic(subject: _Subject) -> None:
     """Compare runs made alike, with other global states, asked for advice or not."""
-    noisy = partial(_noisy, subject.make_env)
-    for make_env in (subject.make_env, noisy):
+    for make_env in (subject.make_env, subject.make_noisy):
         courses = []
         for seed in (1, 2):
             random.seed(seed)
@@ -202,11 +198,9 @@ def _is_deterministic(subject: _Subject) -> None:
                 "drew from a global random generator (random or numpy.random), or seeded it; draw "
                 "from the generator that it is made with",
             )
-        made_twice = (
-            "made twice with the same generator, {}; all its random numbers must come from it"
-        )
+        made_twice = "made twice with the same generator, {}; it must draw from that alone"
         subject.require_same(courses[0], courses[1], made_twice)
-    advised = subject.course(noisy, advised=True)
+    advised = subject.course(subject.make_noisy, advised=True)
     subject.require_same(courses[0], advised, "was asked for its recommendation, and then {}")
 
 
@@ -224,7 +218,7 @@ def _keeps_budgets(subject: _Subject) -> None:
     n, plain = subject.evaluations, subject.make_env
     typical = subject.oracle(plain, Budget(evaluations=1))
     typical.evaluate(np.full((1, subject.space.sites), 2))
-    for make_env in (plain, partial(_noisy, plain), partial(_stumbling, plain)):
+    for make_env in (plain, subject.make_noisy, lambda n: _Stumbling(plain(n))):
         for budget in (
             Budget(unique=n // 2),
             Budget(evaluations=n),
@@ -255,14 +249,6 @@ def _keeps_budgets(subject: _Subject) -> None:
 def _text(asked: NDArray[Any]) -> str:
     shown = ["".join(map(str, np.atleast_1d(row).tolist())) for row in asked[:4]]
     return f"[{', '.join(shown)}{', ...' if len(asked) > 4 else ''}]"
-
-
-def _noisy(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
-    return FitnessNoise(make_env(n), sigma=0.3)
-
-
-def _stumbling(make_env: MakeEnv, n: int) -> VectorEnv[Any, Any, Any]:
-    return _Stumbling(make_env(n))
 
 
 class _Stumbling(VectorWrapper):

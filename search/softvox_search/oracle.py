@@ -80,10 +80,7 @@ class Budget:
             raise ValueError("budget must have unique, evaluations or cpu_seconds")
 
     def most_evaluations(self, *, noisy: bool) -> int | None:
-        """Return how many evaluations it allows at most; None where only time ends it.
-
-        Under noise every evaluation is a fresh draw and counts as unique.
-        """
+        """Return how many evaluations it allows at most; None where only time ends it."""
         if noisy and self.unique is not None and self.evaluations is not None:
             return min(self.unique, self.evaluations)
         return self.evaluations
@@ -156,10 +153,15 @@ class Oracle:
         self.budget = budget
         first: Any = self._env(1)
         self.space: Lattice = first.unwrapped.evaluator.lattice
-        self.noisy = _noisy(first) if noisy is None else noisy
+        if noisy is None and (wrapper := silent(first)) is not None:
+            raise ValueError(
+                f"{type(wrapper).__name__} doesn't say whether two evaluations of one design may "
+                "differ: give it an attribute is_noisy, True or False"
+            )
+        self.noisy = is_noisy(first) if noisy is None else noisy
         if self.noisy and rng is None:
             raise ValueError("rng must be given: the environment is noisy")
-        self._rng = rng
+        self._rng: Any = rng
         self._progress = progress
         self._started: float | None = None
         self._cache: dict[bytes, bytes] = {}  # records, by the designs' keys
@@ -187,16 +189,11 @@ class Oracle:
 
     @property
     def is_exhausted(self) -> bool:
-        """Whether a budget is used up."""
+        """Whether a part of the budget is used up."""
         return self.ended_by is not None
 
     def evaluate(self, designs: Any) -> Answer:
-        """Evaluate a batch of designs, or as many of its first as the budget allows.
-
-        Parameters
-        ----------
-        designs : batch of designs
-            As `Searcher.ask` returns it.
+        """Evaluate a batch of designs as `Searcher.ask` returns it, as many as the budget allows.
 
         Raises
         ------
@@ -210,17 +207,13 @@ class Oracle:
         fresh = self._fresh(keys)
         kept = self._affordable(fresh)
         rows, keys, fresh = rows[:kept], keys[:kept], fresh[:kept]
-        seeds = self._seeds(kept)
+        none = np.full(kept, NO_SEED)
+        seeds = self._rng.integers(0, 2**62, size=kept) if self.noisy else none
         records = self._records(rows, keys, fresh, seeds)
-        sequence = self.evaluations + 1 + np.arange(kept)
-        unique_sequence = self.unique + np.cumsum(fresh)
-        self.evaluations += kept
-        self.unique += int(fresh.sum())
-        self.steps += int(records["steps"][fresh].sum())
         self.log.append(
             rows,
-            sequence=sequence,
-            unique_sequence=unique_sequence,
+            sequence=self.evaluations + 1 + np.arange(kept),
+            unique_sequence=self.unique + np.cumsum(fresh),
             dx=records["displacement"][:, 0],
             dy=records["displacement"][:, 1],
             fitness=records["value"],
@@ -228,16 +221,16 @@ class Oracle:
             noise_seed=seeds,
             cached=~fresh,
         )
-        self._tell_progress()
-        return Answer(
-            rows,
-            records["value"].copy(),
-            {
-                "displacement": records["displacement"].copy(),
-                "diverged": records["diverged"].copy(),
-                "standard_error": records["standard_error"].copy(),
-            },
-        )
+        self.evaluations += kept
+        self.unique += int(fresh.sum())
+        self.steps += int(records["steps"][fresh].sum())
+        if self._progress is not None:
+            if self.budget.unique is not None and not self.noisy:
+                self._progress(self.unique, self.budget.unique)
+            elif (total := self.budget.most_evaluations(noisy=self.noisy)) is not None:
+                self._progress(self.evaluations, total)
+        info: Any = {name: records[name].copy() for name in Info.__annotations__}
+        return Answer(rows, records["value"].copy(), info)
 
     def close(self) -> None:
         """Close the environments."""
@@ -265,13 +258,6 @@ class Oracle:
             left = self.budget.unique - self.unique
             kept = min(kept, int(np.searchsorted(np.cumsum(fresh), left, side="left")) + 1)
         return kept
-
-    def _seeds(self, n: int) -> NDArray[np.int64]:
-        """Return a noise seed for every evaluation."""
-        if not self.noisy:
-            return np.full(n, NO_SEED)
-        assert self._rng is not None
-        return self._rng.integers(0, 2**62, size=n)
 
     def _records(
         self, rows: Designs, keys: list[bytes], fresh: NDArray[np.bool_], seeds: NDArray[np.int64]
@@ -308,33 +294,9 @@ class Oracle:
             self._envs[n] = self._make_env(n)
         return self._envs[n]
 
-    def _tell_progress(self) -> None:
-        if self._progress is None:
-            return
-        if self.budget.unique is not None and not self.noisy:
-            self._progress(self.unique, self.budget.unique)
-        elif (total := self.budget.most_evaluations(noisy=self.noisy)) is not None:
-            self._progress(self.evaluations, total)
-
-
-def _noisy(env: VectorEnv[Any, Any, Any]) -> bool:
-    """Return whether an environment says that it is noisy; refuse one that doesn't say."""
-    if (wrapper := silent(env)) is not None:
-        raise ValueError(
-            f"{type(wrapper).__name__} doesn't say whether two evaluations of one design may "
-            "differ: give it an attribute is_noisy, True or False"
-        )
-    return is_noisy(env)
-
 
 def checked(designs: Any, space: Lattice) -> Designs:
-    """Return a batch of designs as rows of digits, shape (n, sites); always a copy.
-
-    Raises
-    ------
-    SearcherError
-        For what is no batch of designs of the lattice.
-    """
+    """Return a batch of designs as rows of digits, shape (n, sites), a copy; or SearcherError."""
     is_rows = isinstance(designs, np.ndarray) and designs.shape[1:] == (space.sites,)
     # The quick way, for what most searchers return.
     if is_rows and designs.dtype.kind in "iu" and not ((designs < 0) | (designs > ACTIVE)).any():

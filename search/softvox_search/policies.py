@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,8 +78,7 @@ def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budg
         return searcher
     if isinstance(searcher, FunctionSearcher):
         raise TypeError("a policy against luck needs a searcher with ask, not a function")
-    ends_anywhere = budget.steps is not None or budget.cpu_seconds is not None
-    if policy.final_stage and ends_anywhere:
+    if policy.final_stage and (budget.steps is not None or budget.cpu_seconds is not None):
         raise ValueError(
             "final_stage needs a budget that ends at a known evaluation; drop steps and "
             "cpu_seconds, or final_stage"
@@ -103,11 +102,8 @@ class HasParents(Protocol):
 class PolicySearcher:
     """A searcher within a policy; itself a searcher.
 
-    Without any switch on it asks and recommends exactly as the searcher within does.
-
-    Where parents are evaluated anew, they come first in a batch, and the searcher gets their newer
-    values before those of its offspring. It is told a batch as a whole, also where it was asked
-    for in pieces.
+    Parents evaluated anew come first in a batch, and the searcher gets their newer values before
+    those of its offspring. It is told a batch as a whole, also where it was asked for in pieces.
 
     Parameters
     ----------
@@ -135,10 +131,21 @@ class PolicySearcher:
     ) -> None:
         if evaluations is not None:
             check_count("evaluations", evaluations, least=1)
+        stage = policy.finalists * policy.resamples
+        self._left: int | None = None
+        if policy.final_stage:
+            if evaluations is None:
+                raise ValueError("evaluations must be given: the final stage takes the last")
+            if 2 * stage > evaluations:
+                raise ValueError(
+                    f"a final stage of {policy.finalists} finalists x {policy.resamples} resamples "
+                    f"= {stage} evaluations leaves fewer than half of the budget of {evaluations} "
+                    f"for the search; give at least {2 * stage}, or fewer finalists or resamples"
+                )
+            self._left = evaluations - stage
         self._searcher = searcher
         self._policy = policy
         self._space = space
-        self._left = _left_to_search(policy, evaluations) if policy.final_stage else None
         self._told: dict[bytes, list[NDArray[np.float64]]] = {}  # value, dx, dy, dz of every draw
         self._batch = self._none = np.zeros((0, space.sites), dtype=np.int64)
         self._n_parents = 0
@@ -182,27 +189,25 @@ class PolicySearcher:
         A final stage that the budget cut off before every finalist had a draw does not count. While
         the searcher's first batch is still being told, the best value told so far is recommended.
         """
-        means = self._final_means()
-        if means:
-            return self._design(max(means, key=lambda key: means[key]))
-        if self._told and (self._policy.running_mean or not self._has_told):
-            return self._design(best_of(self._beliefs()))
+        best = None
+        if means := self._final_means():
+            best = max(means, key=lambda key: means[key])
+        elif self._told and (self._policy.running_mean or not self._has_told):
+            best = best_of(self._beliefs())
+        if best is not None:
+            return Design(rows_of([best], self._space)[0], shape=self._space)
         return self._searcher.recommend()
 
     def belief(self, design: Design) -> float:
         """Return what a design is believed to be worth, in voxel widths.
 
-        For a finalist the mean of its fresh draws alone: no draw that helped it to get there is in
-        it, so that the belief in every single finalist is unbiased. Of the best of them it may
-        still be a little too high, as it was chosen among `finalists` by these means. Else the
-        mean of all values told where the running mean is on, and the value told last where not.
-        NaN for a design never evaluated.
+        For a finalist the mean of its fresh draws alone, which is unbiased for every single
+        finalist; of the best of them it may still be a little too high, as it was chosen by these
+        means. Else the mean of all values told where the running mean is on, and the value told
+        last where not; NaN for a design never evaluated.
         """
         beliefs = self._beliefs() | self._final_means()
         return beliefs.get(self._space.to_rows(design.array).tobytes(), np.nan)
-
-    def _design(self, key: bytes) -> Design:
-        return Design(rows_of([key], self._space)[0], shape=self._space)
 
     def _final_means(self) -> dict[bytes, float]:
         """Return the mean of every finalist's fresh draws; none before all had one."""
@@ -239,20 +244,14 @@ class PolicySearcher:
             self._batch = np.concatenate([parents, offspring])[: self._left]
             self._n_parents = len(parents)
         if self._policy.final_stage and not len(self._batch) and self._told:
-            self._begin_final_stage()
-
-    def _begin_final_stage(self) -> None:
-        """Deal the draws out among the designs believed best, in turn.
-
-        In turn, so that a budget that ends before the stage does leaves all with equally many, to
-        within one. Where fewer designs are known than finalists, these get all the draws.
-        """
-        beliefs = self._beliefs()
-        # Of equals the first by number goes on.
-        order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
-        self._finalists = rows_of(order[: self._policy.finalists], self._space)
-        draws = np.arange(self._policy.finalists * self._policy.resamples)
-        self._batch = self._finalists[draws % len(self._finalists)]
+            beliefs = self._beliefs()
+            # Of equals the first by number goes on.
+            order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
+            self._finalists = rows_of(order[: self._policy.finalists], self._space)
+            # In turn, so that where the budget ends before the stage all have equally many draws,
+            # to within one; where fewer designs are known than finalists, these get all.
+            draws = np.arange(self._policy.finalists * self._policy.resamples)
+            self._batch = self._finalists[draws % len(self._finalists)]
 
     def _hand_over(self) -> None:
         """Tell the searcher what is known of the batch, parents first.
@@ -260,46 +259,33 @@ class PolicySearcher:
         A design of the batch may be one that the searcher has carried along since an earlier draw:
         where means are told, it gets the newer mean for that one too.
         """
-        values, info = _joined(self._pieces)
+        pieces, infos = zip(*self._pieces, strict=True)
+        values = np.concatenate(pieces)
+        info: Any = {name: np.concatenate([one[name] for one in infos]) for name in infos[0]}
         designs, m = self._batch[: len(values)], min(self._n_parents, len(values))
         self._batch, self._pieces = self._none, []
+        n = m
         if self._policy.running_mean:
-            values, info = self._as_means(designs, info)
-        n = len(values) if self._policy.running_mean else m
+            rows = [means_of(np.array(self._told[key])) for key in keys_of(designs)]
+            values, moved, errors = (np.array(column) for column in zip(*rows, strict=True))
+            errors = np.where(np.isnan(errors), info["standard_error"], errors)
+            diverged = np.isnan(moved[:, 0])
+            info = {"displacement": moved, "diverged": diverged, "standard_error": errors}
+            n = len(values)
+
+        def part(begin: int, end: int) -> tuple[Designs, NDArray[np.float64], Any]:
+            some = slice(begin, end)
+            return designs[some], values[some], {name: info[name][some] for name in info}
+
         if n and isinstance(self._searcher, HasParents):
-            self._searcher.refresh(designs[:n], values[:n], _part(info, slice(n)))
+            self._searcher.refresh(*part(0, n))
         if m < len(values):
-            part = slice(m, len(values))
-            self._searcher.tell(designs[part], values[part], _part(info, part))
+            self._searcher.tell(*part(m, len(values)))
             self._has_told = True
-
-    def _as_means(self, designs: Designs, info: Info) -> tuple[NDArray[np.float64], Info]:
-        """Return the mean of every design, and what belongs to means beside it."""
-        rows = [means_of(np.array(self._told[key])) for key in keys_of(designs)]
-        means, displacements, errors = (np.array(column) for column in zip(*rows, strict=True))
-        return means, {
-            "displacement": displacements,
-            "diverged": np.isnan(displacements[:, 0]),
-            "standard_error": np.where(np.isnan(errors), info["standard_error"], errors),
-        }
-
-
-def _left_to_search(policy: Policy, evaluations: int | None) -> int:
-    """Return how many evaluations of a budget the final stage leaves."""
-    if evaluations is None:
-        raise ValueError("evaluations must be given: the final stage takes the last of them")
-    stage = policy.finalists * policy.resamples
-    if 2 * stage > evaluations:
-        raise ValueError(
-            f"a final stage of {policy.finalists} finalists x {policy.resamples} resamples = "
-            f"{stage} evaluations leaves fewer than half of the budget of {evaluations} for the "
-            f"search; give at least {2 * stage} evaluations, or fewer finalists or resamples"
-        )
-    return evaluations - stage
 
 
 def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], float]:
-    """Return what draws of one design make one believe of it.
+    """Return the mean value of draws of one design, their mean displacement and standard error.
 
     Parameters
     ----------
@@ -308,27 +294,10 @@ def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], fl
 
     Returns
     -------
-    mean : float
-    displacement : ndarray, shape (3,)
-        Mean of those that did not diverge; NaN where all did.
-    standard_error : float
-        Of the mean, by the values' spread; NaN of a single one.
+    float, ndarray of shape (3,), float
+        Those that diverged count in the mean and not in the displacement, NaN where all did. The
+        error is that of the mean by the values' spread; NaN of a single one.
     """
     values, moved = draws[:, 0], draws[~np.isnan(draws[:, 1]), 1:]
     displacement = moved.sum(axis=0) / (len(moved) or np.nan)
     return fmean(values), displacement, float(standard_error(values))
-
-
-def _joined(pieces: list[tuple[NDArray[np.float64], Info]]) -> tuple[NDArray[np.float64], Info]:
-    """Return what was told in pieces as one."""
-    values, infos = zip(*pieces, strict=True)
-    columns: dict[str, Any] = {
-        name: np.concatenate([cast(Any, info)[name] for info in infos]) for name in infos[0]
-    }
-    return np.concatenate(values), cast(Info, columns)
-
-
-def _part(info: Info, part: slice) -> Info:
-    """Return some rows of what is told beside the values."""
-    columns: dict[str, Any] = {name: cast(Any, column)[part] for name, column in info.items()}
-    return cast(Info, columns)

@@ -16,20 +16,13 @@ from softvox_search.protocol import Searcher
 
 
 class Entry(NamedTuple):
-    """A searcher of this package.
+    """A searcher of this package."""
 
-    Parameters
-    ----------
-    place : str
-        "module:Class" within `softvox_search.searchers`, imported when it is made.
-    about : str
-        One sentence, where it is not the first of the class's docstring.
-    fixed : dict
-        Options that the name stands for; they can't be given with it.
-    """
-
+    #: "module:Class" within `softvox_search.searchers`, imported when it is made.
     place: str
+    #: One sentence, where it is not the first of the class's docstring.
     about: str = ""
+    #: Options that the name stands for; they can't be given with it.
     fixed: Mapping[str, Any] = {}
 
 
@@ -62,6 +55,11 @@ SEARCHERS: Mapping[str, Entry] = {
     "nevergrad": Entry("nevergrad_search:Nevergrad"),
     "catcma": Entry("catcma:CatCma"),
 }
+
+NAMES = (
+    f"the searchers are: {', '.join(SEARCHERS)}; one's own class or function is given as "
+    "'package.module:name'"
+)
 
 
 def make(
@@ -96,13 +94,12 @@ def make(
     takes = options_of(name)
     for option in options:
         if takes is not None and option not in takes:
-            raise ValueError(
-                f"searcher {name} has no option {option!r}; its options are: "
-                f"{', '.join(takes) or 'none'}"
-            )
+            known = ", ".join(takes) or "none"
+            raise ValueError(f"searcher {name} has no option {option!r}; its options are: {known}")
     if is_function(kind):
         return FunctionSearcher(kind, space, rng, **options)
-    searcher: Searcher = kind(space, rng, **_fixed(name), **options)
+    fixed = SEARCHERS[name].fixed if name in SEARCHERS else {}
+    searcher: Searcher = kind(space, rng, **fixed, **options)
     require_methods(name, searcher)
     return searcher
 
@@ -118,28 +115,33 @@ def found(name: str) -> Any:
         Where a library that its module needs is not installed.
     """
     if not isinstance(name, str):
-        raise TypeError(f"searcher must be a name, got {name!r}; {_names()}")
+        raise TypeError(f"searcher must be a name, got {name!r}; {NAMES}")
     if name in SEARCHERS:
         name = f"{__package__}.searchers.{SEARCHERS[name].place}"
     elif ":" not in name:
         near = get_close_matches(name, SEARCHERS, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ";"
-        raise ValueError(f"there is no searcher {name!r}{hint} {_names()}")
+        raise ValueError(f"there is no searcher {name!r}{hint} {NAMES}")
     module, _, attribute = name.partition(":")
-    kind = getattr(_module(module, name), attribute, None)
+    try:
+        kind = getattr(import_module(module), attribute, None)
+    except ModuleNotFoundError as error:
+        if not error.name or not f"{module}.".startswith(f"{error.name}."):
+            raise
+        raise ValueError(
+            f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
+        ) from None
+    except (TypeError, ValueError):
+        raise ValueError(f"searcher {name!r} must be 'package.module:name'; {NAMES}") from None
     if not callable(kind):
         raise ValueError(f"module {module} has no class or function {attribute!r}")
     return kind
 
 
 def options_of(name: str) -> dict[str, Any] | None:
-    """Return the options that a searcher takes, with their defaults.
+    """Return the options that a searcher takes, with their defaults; None where it takes any.
 
-    Returns
-    -------
-    dict or None
-        Without those that the name stands for; `inspect.Parameter.empty` for a default that is
-        none. None where it takes any option.
+    Without those that the name stands for; `inspect.Parameter.empty` for a default that is none.
 
     Raises
     ------
@@ -154,21 +156,12 @@ def options_of(name: str) -> dict[str, Any] | None:
         parameter.name: parameter.default
         for parameter in parameters[3 if is_function(kind) else 2 :]
         if parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD)
-        and parameter.name not in _fixed(name)
+        and not (name in SEARCHERS and parameter.name in SEARCHERS[name].fixed)
     }
 
 
-def _fixed(name: str) -> Mapping[str, Any]:
-    return SEARCHERS[name].fixed if name in SEARCHERS else {}
-
-
 def require_methods(name: str, searcher: Any) -> None:
-    """Refuse a class, or what was made of it, without the methods of `Searcher`.
-
-    Raises
-    ------
-    TypeError
-    """
+    """Raise TypeError for a class, or what was made of it, without the methods of `Searcher`."""
     methods = ("ask", "tell", "recommend")
     lacks = [method for method in methods if not callable(getattr(searcher, method, None))]
     if lacks:
@@ -176,24 +169,3 @@ def require_methods(name: str, searcher: Any) -> None:
             f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.Searcher, or derive the "
             "class from softvox_search.SearcherBase, which lacks only ask"
         )
-
-
-def _module(module: str, name: str) -> Any:
-    """Import a module; ValueError where there is none of that name."""
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        if not error.name or not f"{module}.".startswith(f"{error.name}."):
-            raise
-        raise ValueError(
-            f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
-        ) from None
-    except (TypeError, ValueError):
-        raise ValueError(f"searcher {name!r} must be 'package.module:name'; {_names()}") from None
-
-
-def _names() -> str:
-    return (
-        f"the searchers are: {', '.join(SEARCHERS)}; one's own class or function is given as "
-        "'package.module:name'"
-    )

@@ -5,22 +5,20 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym._engine import ffi, lib
-from softvox_gym.physics import ACTUATIONS, SPECS
+from softvox_gym.physics import SPECS
 from softvox_gym.processors import default_threads as default_threads
 
 ISA_VARIABLE = "SOFTVOX_ISA"
 POLL_SECONDS = 0.05
 
 Progress = Callable[[int, int], None]
-
-ACTUATION_CODES = {name: getattr(lib, f"SV_{name.upper()}") for name in ACTUATIONS}
 
 
 def layout(struct: Any) -> np.dtype[Any]:
@@ -47,28 +45,13 @@ if set(PARAMETERS.names or ()) != _EXPECTED | {"time_step"}:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """What a run needs, as the engine wants it: C-contiguous, sites in index order.
-
-    Parameters
-    ----------
-    shape : (int, int, int)
-        The lattice.
-    digits : ndarray of uint8, shape (n, sites)
-    parameters : ndarray of PARAMETERS, shape (n,)
-    strain : ndarray of float64, shape (n, cycles, sites)
-    phase : ndarray of float64, shape (n, sites), or None
-        Cycles.
-    edge, pumped_rest, settle_time : float
-        m, m, s.
-    actuation : str
-    track_per_cycle, track_samples, frame_every, frame_count : int
-    """
+    """What a run needs, as the engine wants it: SI, C-contiguous, sites in index order."""
 
     shape: tuple[int, int, int]
-    digits: NDArray[np.uint8]
-    parameters: NDArray[Any]
-    strain: NDArray[np.float64]
-    phase: NDArray[np.float64] | None
+    digits: NDArray[np.uint8]  # (n, sites)
+    parameters: NDArray[Any]  # (n,), of PARAMETERS
+    strain: NDArray[np.float64]  # (n, cycles, sites)
+    phase: NDArray[np.float64] | None  # (n, sites), cycles
     edge: float
     pumped_rest: float
     settle_time: float
@@ -79,35 +62,16 @@ class Batch:
     frame_count: int
 
 
-#: What of a Batch goes to C as it is.
-AS_THEY_ARE = (
-    *("edge", "pumped_rest", "settle_time"),
-    *("track_per_cycle", "track_samples", "frame_every", "frame_count"),
-)
-
-
 @dataclass(frozen=True, eq=False)
 class Output:
-    """What a run gives, SI; NaN where a design never got there.
+    """What a run gives, SI; NaN where a design never got there."""
 
-    Parameters
-    ----------
-    status : ndarray of int32, shape (n,)
-    steps : ndarray of int32, shape (n,)
-    start, end : ndarray, shape (n, 3)
-        m, centre of mass.
-    track : ndarray, shape (n, track_samples, 3)
-        m from start.
-    frames : ndarray, shape (n, frame_count, sites, 8)
-        m, 1, m: position, quaternion (w, x, y, z), edge.
-    """
-
-    status: NDArray[np.int32]
-    steps: NDArray[np.int32]
-    start: NDArray[np.float64]
-    end: NDArray[np.float64]
-    track: NDArray[np.float64]
-    frames: NDArray[np.float64]
+    status: NDArray[np.int32]  # (n,)
+    steps: NDArray[np.int32]  # (n,)
+    start: NDArray[np.float64]  # (n, 3), centre of mass
+    end: NDArray[np.float64]  # (n, 3)
+    track: NDArray[np.float64]  # (n, track_samples, 3), from start
+    frames: NDArray[np.float64]  # (n, frame_count, sites, 8): position, quaternion wxyz, edge
 
 
 def _text(c_string: Any) -> str:
@@ -176,11 +140,11 @@ def _pointer(array: NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> Any:
 def _c_batch(batch: Batch) -> Any:
     n, sites = batch.digits.shape
     cycles = batch.strain.shape[1]
-    c = ffi.new("sv_batch *")
-    for name in AS_THEY_ARE:
-        setattr(c, name, getattr(batch, name))
+    as_they_are = ("edge", "pumped_rest", "settle_time")
+    counts = ("track_per_cycle", "track_samples", "frame_every", "frame_count")
+    c = ffi.new("sv_batch *", {name: getattr(batch, name) for name in as_they_are + counts})
     c.nx, c.ny, c.nz = batch.shape
-    c.n, c.cycles, c.actuation = n, cycles, ACTUATION_CODES[batch.actuation]
+    c.n, c.cycles, c.actuation = n, cycles, getattr(lib, f"SV_{batch.actuation.upper()}")
     c.digits = _pointer(batch.digits, np.uint8, (n, sites))
     c.parameters = _pointer(batch.parameters, PARAMETERS, (n,))
     c.strain = _pointer(batch.strain, np.float64, (n, cycles, sites))
@@ -192,27 +156,11 @@ def _c_batch(batch: Batch) -> Any:
     return c
 
 
-def _c_results(output: Output) -> Any:
-    arrays = {f.name: getattr(output, f.name) for f in fields(output)}
-    pointers = {name: ffi.cast("void *", array.ctypes.data) for name, array in arrays.items()}
-    return ffi.new("sv_results *", pointers)
-
-
 _allocate = ffi.new_allocator(should_clear_after_alloc=False)
 
 
 def _memory(size: int) -> Any:
     return _allocate("char[]", size)
-
-
-def _plan(c_batch: Any, lanes: int) -> tuple[Any, NDArray[np.int32]]:
-    order = np.empty((c_batch.n, lanes), dtype=np.int32)
-    plan = ffi.new("sv_plan *")
-    plan.lanes = lanes
-    plan.order = ffi.cast("int32_t *", order.ctypes.data)
-    scratch = _memory(lib.sv_plan_scratch(c_batch))
-    _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
-    return plan, order
 
 
 def _expect_done(code: int) -> None:
@@ -229,19 +177,9 @@ def run(
 ) -> Output:
     """Simulate a batch: one crossing into C per thread.
 
-    Parameters
-    ----------
-    batch : Batch
-    threads : int, optional
-        At most this many; `default_threads` where None.
-    isa : str, optional
-        One of `isa_names`; where None, what SOFTVOX_ISA says, or the widest.
-    progress : callable (done, total), optional
-        Called from the calling thread now and then, and at the end.
-
-    Returns
-    -------
-    Output
+    At most so many threads, `default_threads` where None, on one of `isa_names`; where that is
+    None, what SOFTVOX_ISA says, or the widest. progress(done, total) is called from the calling
+    thread now and then, and at the end.
 
     Raises
     ------
@@ -253,7 +191,10 @@ def run(
     n, sites = batch.digits.shape
     code = _ISAS[isa_name(isa)]
     c_batch = _c_batch(batch)
-    plan, order = _plan(c_batch, lib.sv_isa_lanes(code))
+    order = np.empty((n, lib.sv_isa_lanes(code)), dtype=np.int32)
+    pointer = ffi.cast("int32_t *", order.ctypes.data)
+    plan = ffi.new("sv_plan *", {"lanes": order.shape[1], "order": pointer})
+    _expect_done(lib.sv_plan_batch(c_batch, plan, _memory(lib.sv_plan_scratch(c_batch))))
     output = Output(
         status=np.zeros(n, dtype=np.int32),
         steps=np.zeros(n, dtype=np.int32),
@@ -262,7 +203,8 @@ def run(
         track=np.full((n, batch.track_samples, 3), np.nan),
         frames=np.full((n, batch.frame_count, sites, 8), np.nan),
     )
-    results, shared = _c_results(output), ffi.new("sv_progress *")
+    arrays = {name: ffi.cast("void *", array.ctypes.data) for name, array in vars(output).items()}
+    results, shared = ffi.new("sv_results *", arrays), ffi.new("sv_progress *")
     size = lib.sv_workspace_bytes(c_batch, code)
     codes: list[int] = []
 

@@ -8,20 +8,12 @@ from importlib.util import find_spec
 #: Packages that are not called as their modules are.
 PACKAGES = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}
 
-_OURS = ("softvox_gym", "softvox_search", "softvox_view")
-
 
 def missing(what: str, error: ImportError, modules: Iterable[str] = ()) -> str:
     """Return a line that names every package that something lacks, and how to install them.
 
-    Parameters
-    ----------
-    what : str
-        What needs them: "figures".
-    error : ImportError
-        As the import raised it.
-    modules : iterable of str
-        All that it needs, so that those missing besides are named at once.
+    The error is as the import raised it; of all the modules that are needed, those missing besides
+    are named at once.
 
     Raises
     ------
@@ -34,7 +26,7 @@ def missing(what: str, error: ImportError, modules: Iterable[str] = ()) -> str:
     'figures needs matplotlib: pip install matplotlib'
     """
     first = (error.name or "").partition(".")[0]
-    if not first or first in _OURS:
+    if first in ("", "softvox_gym", "softvox_search", "softvox_view"):
         raise error
     others = [module for module in modules if find_spec(module) is None]
     packages = list(dict.fromkeys(PACKAGES.get(name, name) for name in [first, *others]))

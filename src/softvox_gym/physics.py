@@ -25,15 +25,7 @@ EXPANSION = 1.9 ** (1 / 3) - 1
 
 
 class ParameterError(ValueError):
-    """A parameter is out of its bounds.
-
-    Parameters
-    ----------
-    parameter : str
-        Its name; the message begins with it.
-    reason : str
-        What it must be, and what it is.
-    """
+    """A parameter is out of its bounds: its name, and what it must be and is."""
 
     def __init__(self, parameter: str, reason: str) -> None:
         super().__init__(parameter, reason)
@@ -63,43 +55,25 @@ FLAG = Bounds("True or False", lambda v: isinstance(v, (bool, np.bool_)))
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """All there is to know of one parameter of the physics.
+    """All there is to know of one parameter of the physics."""
 
-    Parameters
-    ----------
-    default : float, str or bool
-        Its value in the paper; its type says whether it is a number, a choice or a flag.
-    unit : str
-        Empty for a ratio, a choice or a flag.
-    bounds : Bounds
-    about : str
-        What it is; up to the first comma a name for people.
-    published : float or bool, optional
-        The default as the published run rounded it.
-    slider : (float, float, float) or None
-        Low end, high end and step of a slider, where the explorer shows one.
-    per_design : bool
-        Whether each design of a batch may have its own.
-    name : str
-    """
-
+    #: Its value in the paper; its type says whether it is a number, a choice or a flag.
     default: Any
+    #: Empty for a ratio, a choice or a flag.
     unit: str
     bounds: Bounds
+    #: What it is; up to the first comma a name for people.
     about: str
+    #: The default as the published run rounded it.
     published: Any = None
+    #: Low end, high end and step of a slider, where the explorer shows one.
     slider: tuple[float, float, float] | None = None
+    #: Whether each design of a batch may have its own.
     per_design: bool = True
     name: str = ""
 
     def checked(self, value: Any) -> Any:
-        """Return a value as Physics holds it: float, read-only array, str or bool.
-
-        Raises
-        ------
-        TypeError, ParameterError
-            For a value out of its bounds.
-        """
+        """Return a value as Physics holds it: float, read-only array, str or bool; or raise."""
         must = f"must be {self.bounds.words}, got"
         if isinstance(self.default, (bool, str)):
             if self.bounds.hold(value):
@@ -227,8 +201,7 @@ class Physics:
         """
         if name not in PRESETS:
             raise ValueError(f"physics {name!r} is unknown; the presets are {', '.join(PRESETS)}")
-        preset: Callable[[], Physics] = getattr(cls, name)
-        return preset()
+        return cls.exact() if name == "exact" else cls.published()
 
     @classmethod
     def of(cls, physics: str | Mapping[str, Any] | Physics) -> Physics:
@@ -263,26 +236,20 @@ class Physics:
     def __post_init__(self) -> None:
         for spec in SPECS:
             object.__setattr__(self, spec.name, spec.checked(getattr(self, spec.name)))
-        self._check_together()
-
-    def _check_together(self) -> None:
         _ = self.n_designs
         if np.any(np.asarray(self.duration) <= self.settle_time):
-            raise ParameterError(
-                "duration",
-                f"must be longer than settle_time ({self.settle_time} s), got {self.duration}",
-            )
+            must = f"must be longer than settle_time ({self.settle_time} s)"
+            raise ParameterError("duration", f"{must}, got {self.duration}")
         self._check_steps()
         if self.actuation == "expand_and_contract" and np.any(np.asarray(self.strain) >= 1):
-            raise ParameterError(
-                "strain", f"must be below 1 where voxels expand and contract, got {self.strain}"
-            )
+            must = "must be below 1 where voxels expand and contract"
+            raise ParameterError("strain", f"{must}, got {self.strain}")
         if np.any(np.asarray(self.friction_kinetic) > np.asarray(self.friction_static)):
             warnings.warn(
                 f"friction_kinetic ({self.friction_kinetic}) is above friction_static "
                 f"({self.friction_static}); this is allowed but rarely meant",
                 UserWarning,
-                stacklevel=4,
+                stacklevel=3,
             )
 
     def _check_steps(self) -> None:
@@ -297,9 +264,8 @@ class Physics:
             )
             raise ParameterError(
                 "duration",
-                f"of {duration:g} s in time steps of {step:.3g} s can't be counted (at most "
-                f"{MOST} steps); "
-                "change it, or time_step_fraction, edge, youngs_modulus or density",
+                f"of {duration:g} s in time steps of {step:.3g} s can't be counted (at most {MOST} "
+                "steps); change it, or time_step_fraction, edge, youngs_modulus or density",
             )
         most = 1 / (2 * step)
         if np.any(np.asarray(self.frequency_hz) > most):
@@ -312,23 +278,19 @@ class Physics:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Physics):
             return NotImplemented
-        return all(
-            np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)
-        )
+        return self.to_dict() == other.to_dict()
 
     def __hash__(self) -> int:
-        values = (getattr(self, f.name) for f in fields(self))
-        # -0.0 equals 0.0 and so must hash alike; + 0.0 makes them one.
-        return hash(tuple((v + 0.0).tobytes() if isinstance(v, np.ndarray) else v for v in values))
+        # Of an array the shape: -0.0 equals 0.0, so that its bytes would not do.
+        return hash(tuple(v.shape if isinstance(v, np.ndarray) else v for v in vars(self).values()))
 
     @property
     def n_designs(self) -> int | None:
         """How many designs the arrays among the parameters are for; None where there are none."""
         lengths = {
-            f.name: len(value)
-            for f in fields(self)
-            if isinstance(value := getattr(self, f.name), np.ndarray)
-            and (f.name != "gravity" or value.shape != (3,))
+            name: len(value)
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
         }
         if len(set(lengths.values())) > 1:
             raise ValueError(f"parameters must be arrays of one length, got {lengths}")
@@ -338,10 +300,8 @@ class Physics:
     def gravity_vector(self) -> NDArray[np.float64]:
         """Gravity as a vector, shape (3,) or (n, 3), m/s^2."""
         gravity = np.asarray(self.gravity)
-        if gravity.ndim == 2 or gravity.shape == (3,):
-            return gravity
-        vector: NDArray[np.float64] = gravity[..., np.newaxis] * np.array([0.0, 0.0, 1.0])
-        return vector
+        is_vector = gravity.ndim == 2 or gravity.shape == (3,)
+        return gravity if is_vector else gravity[..., np.newaxis] * np.array([0.0, 0.0, 1.0])
 
     @property
     def pumped_rest(self) -> float:
@@ -382,8 +342,7 @@ class Physics:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all parameters as plain numbers, strings and lists, ready for JSON."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
 
 
 #: The parameters, in order. The checks, the command line's options, the explorer's sliders, the

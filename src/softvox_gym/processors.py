@@ -24,17 +24,13 @@ def default_threads() -> int:
     The least of its scheduler affinity, of the processor time that its control groups allow (a
     container's limit; a part of a processor counts as one) and of SLURM_CPUS_PER_TASK.
     """
-    limits = [_processors(), *_cgroup_limits()]
+    limits = [os.cpu_count() or 1, *_cgroup_limits()]
+    if hasattr(os, "sched_getaffinity"):
+        limits.append(len(os.sched_getaffinity(0)))
     slurm = os.environ.get("SLURM_CPUS_PER_TASK", "")
     if slurm.isdecimal():
         limits.append(int(slurm))
     return max(1, min(limits))
-
-
-def _processors() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _cgroup_limits() -> Iterator[int]:

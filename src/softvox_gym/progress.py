@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from types import TracebackType
 from typing import TextIO
 
 BAR = 24
@@ -13,8 +12,8 @@ BAR = 24
 class Progress:
     """Shows how far a batch is: count, share, speed and the time left.
 
-    A context manager, and a callable (done, total) to hand to `simulate`. Draws only on a terminal;
-    the line is removed at the end, so that nothing broken stays behind.
+    A context manager, at whose end the line is removed, and a callable (done, total) to hand to
+    `simulate`. Draws only on a terminal.
 
     Parameters
     ----------
@@ -37,19 +36,17 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._draw("")
 
     def __call__(self, done: int, total: int) -> None:
         """Draw how far it is."""
         if self._stream is not None:
             seconds = time.monotonic() - self._start
-            width = _width(self._stream)
+            try:
+                width = os.get_terminal_size(self._stream.fileno()).columns or 80
+            except OSError:
+                width = 80
             self._draw(progress_line(done, total, seconds, width, unit=self._unit))
 
     def _draw(self, text: str) -> None:
@@ -73,7 +70,7 @@ def progress_line(
     speed = done / seconds if seconds > 0 else 0.0
     left = _clock((total - done) / speed) if speed else "-:--"
     count = f"{done:{len(str(total))}}/{total}"
-    facts = f"{count} {share:4.0%}  {_rate(speed)} {unit}/s  {left} left"
+    facts = f"{count} {share:4.0%}  {speed:.{0 if speed >= 10 else 2}f} {unit}/s  {left} left"
     filled = round(BAR * share)
     full = f"[{'#' * filled}{' ' * (BAR - filled)}] {facts}"
     for text in (full, facts, count):
@@ -82,19 +79,7 @@ def progress_line(
     return ""
 
 
-def _rate(speed: float) -> str:
-    return f"{speed:.0f}" if speed >= 10 else f"{speed:.2f}"
-
-
 def _clock(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-def _width(stream: TextIO) -> int:
-    """Return the columns of the terminal; 80 where it does not say."""
-    try:
-        return os.get_terminal_size(stream.fileno()).columns or 80
-    except OSError:
-        return 80

@@ -254,7 +254,7 @@ BAD = {
     "search --searcher ga --noise -1": "--noise must be a number that is not negative",
     "search --searcher ga --noise nan": "--noise must be",
     "search --searcher ga --final-stage": "--final-stage is against noise, and there is none",
-    "search --searcher ga --noise 1 --budget 50 --final-stage": "--final-stage: a final stage of",
+    "search --searcher ga --noise 1 --budget 50 --final-stage": "--searcher ga: a final stage of",
     "search --searcher ga --out file": "--out must end in .csv or .parquet",
     "search --searcher ga --out old.csv": "--out old.csv exists",
     "search --searcher ga --picture old.png": "--picture old.png exists",

@@ -221,9 +221,9 @@ def test_a_searchers_path_is_its_run_on_the_table(served):
     from softvox_search.oracle import Budget
 
     told = served.events("path", searcher="random", seed=5, budget=40)[-1]["answer"]
-    found = single.search("random", budget=Budget(unique=40), seed=5)
-    assert told["designs"] == found.columns["design"].tolist()
-    assert (told["recommended"], told["rank"]) == (found.design.index, found.truth.rank)
+    facts, log = single.search("random", budget=Budget(unique=40), seed=5)
+    assert told["designs"] == log["design"].tolist()
+    assert (told["recommended"], told["rank"]) == (facts["design"], facts["rank"])
 
 
 @pytest.mark.parametrize(("name", "library"), [("ga", "deap"), ("tpe", "optuna")])

@@ -16,9 +16,8 @@ import os
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib.metadata import entry_points
-from typing import Any
 
 import softvox_gym
 from softvox_gym.cli import landscape, robustness, simulate, verify
@@ -109,18 +108,14 @@ def _parser() -> Parser:
     )
     parser.set_defaults(run=None)
     commands = parser.add_subparsers(title="commands", metavar=COMMAND, prog="softvox")
-    for command in (*COMMANDS, *_further_commands()):
+    for command in COMMANDS:
         command.add_parser(commands)
-    return parser
-
-
-def _further_commands() -> Iterator[Any]:
-    """Yield the commands of other packages, by name; one that can't be loaded is left out."""
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
         try:
-            yield entry.load()
+            entry.load().add_parser(commands)
         except Exception as error:  # whatever it is, the other commands must work
             complain("warning", f"command {entry.name} can't be loaded: {error}")
+    return parser
 
 
 def _drop_output() -> None:

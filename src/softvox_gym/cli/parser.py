@@ -109,22 +109,15 @@ def _shown(value: Any) -> str:
 
 
 def physics_of(args: argparse.Namespace) -> Physics:
-    """Return the physics that the options ask for.
-
-    Raises
-    ------
-    BadInputError
-        For a value out of its bounds.
-    """
-    given = {spec.name: getattr(args, spec.name) for spec in SPECS}
-    changes = {name: value for name, value in given.items() if value is not None}
-    gravity = changes.get("gravity", [0.0])
-    if len(gravity) not in (1, 3):
+    """Return the physics that the options ask for; BadInputError for a value out of its bounds."""
+    changes = {spec.name: value for spec in SPECS if (value := vars(args)[spec.name]) is not None}
+    gravity = changes.get("gravity", ())
+    if len(gravity) not in (0, 1, 3):
         raise BadInputError(
             f"--gravity: takes one number or three, got {len(gravity)}; "
             "anything else goes before it"
         )
-    if len(gravity) == 1 and "gravity" in changes:
+    if len(gravity) == 1:
         changes["gravity"] = gravity[0]
     with bad_input():
         return Physics.of({"preset": args.physics, **changes})

@@ -9,13 +9,7 @@ from types import FrameType
 
 
 class Stopped(BaseException):
-    """A signal asked the program to stop.
-
-    Parameters
-    ----------
-    number : int
-        The signal's; the exit status is 128 more.
-    """
+    """A signal, whose number it has, asked the program to stop; the exit status is 128 more."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)

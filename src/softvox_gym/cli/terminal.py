@@ -19,10 +19,7 @@ class BadInputError(Exception):
 def bad_input(option: str = "") -> Iterator[None]:
     """Turn the errors that the package raises for bad arguments into `BadInputError`.
 
-    Parameters
-    ----------
-    option : str
-        Put before the message, where the package can't know the option's name.
+    The option goes before the message, where the package can't know its name.
     """
     try:
         yield

@@ -56,12 +56,12 @@ def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str
 
     try:
         with _one_at_a_time:
-            found = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
-    except single.SearchError as error:
-        if isinstance(error.__cause__, ImportError):
-            raise RuntimeError(missing(f"searcher {name}", error.__cause__)) from error
-        raise
-    return _path(found.columns, found.design.index)
+            facts, log = single.search(
+                name, budget=Budget(unique=budget), seed=seed, progress=progress
+            )
+    except ImportError as error:
+        raise RuntimeError(missing(f"searcher {name}", error)) from error
+    return _path(log, facts["design"])
 
 
 def _path(log: Mapping[str, Any], recommended: int) -> dict[str, Any]:
