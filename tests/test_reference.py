@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softvox_gym import Physics, simulate, verify
-from softvox_gym.verify.records import designs, document, numbers, records
+from softvox_gym.data import designs, document, numbers, records
 
 #: Every row of the agreement table, and how much it compares.
 COMPARED = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from softvox_gym import Physics, engine, simulate, verify
+from softvox_gym.data import designs, document, flags, records
 from softvox_gym.verify.agreement import UNJUDGED, judge
-from softvox_gym.verify.records import designs, document, flags, records
 from softvox_gym.verify.trajectories import trajectories
 
 

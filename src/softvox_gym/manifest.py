@@ -9,18 +9,18 @@ import re
 import subprocess
 from datetime import UTC, datetime
 from functools import lru_cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import softvox_gym
 from softvox_gym import engine
 from softvox_gym.evaluation import evaluate
 from softvox_gym.noise import Jakobi
 
-SOURCE = Path(softvox_gym.__file__).resolve()
+SOURCE = Path(__file__).resolve()
 
 #: Designs of which the engine's bits are looked at, nominally and disturbed.
 PROBED = np.arange(40, 3**8, 410)
@@ -33,7 +33,7 @@ def provenance(*, threads: int | None = None) -> dict[str, Any]:
     handed to `simulate`. Raises ValueError as `softvox_gym.engine.isa_name` does.
     """
     return {
-        "version": softvox_gym.__version__,
+        "version": metadata.version("softvox-gym"),
         "commit": commit(),
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "cpu": cpu_model(),

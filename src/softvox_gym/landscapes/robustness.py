@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.data import records
 from softvox_gym.design import Design
 from softvox_gym.landscapes.noisy import LEVELS, noisy_landscape
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import landscape
-from softvox_gym.verify.records import records
 
 #: How many count as the best of a ranking.
 TOP = 100

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import engine
+from softvox_gym.data import Records, designs, document, flags, numbers, records
 from softvox_gym.design import Design
 from softvox_gym.landscapes.table import AXES, N_DESIGNS
 from softvox_gym.manifest import digest
@@ -25,7 +26,6 @@ from softvox_gym.verify.agreement import (
     differences,
     judge,
 )
-from softvox_gym.verify.records import Records, designs, document, flags, numbers, records
 from softvox_gym.verify.trajectories import trajectories
 
 #: Digest of the published landscape's displacements, on every machine and instruction set.

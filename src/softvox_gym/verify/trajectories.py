@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.data import Records, numbers, records, trajectory_names
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import Frames, simulate
 from softvox_gym.verify.agreement import UNJUDGED, Row, differences, judge
-from softvox_gym.verify.records import Records, numbers, records, trajectory_names
 
 #: The files hold some of the steps up to the first number, then every so many.
 LAST_FINE_STEP, COARSE = 564, 100

@@ -192,7 +192,7 @@ def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[A
     position, quaternion, edge = (
         values[i, :end][:, x, y, z] for values in (frames.position, frames.quaternion, frames.edge)
     )
-    finite = np.isfinite(position).all(axis=(1, 2)) & np.isfinite(edge).all(axis=1)
+    finite: NDArray[np.bool_] = np.isfinite(position).all((1, 2)) & np.isfinite(edge).all(1)
     if not finite[0]:
         built = rest_pose(digits)
         return built.position[None], built.quaternion[None], built.edge[None]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Records: TypeAlias = list[dict[str, str]]
 
-_FOLDER = files("softvox_gym") / "data" / "authors"
+_FOLDER = files("softvox_gym.data") / "authors"
 
 
 def records(name: str) -> Records:
