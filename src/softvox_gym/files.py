@@ -57,7 +57,7 @@ def write_file(path: Path, content: bytes, *, force: bool) -> None:
         _sync_folder(path.parent)
 
 
-def write_folder(path: Path, contents: Mapping[str, bytes], *, force: bool) -> None:
+def write_folder(path: Path, contents: Mapping[str, bytes | str], *, force: bool) -> None:
     """Write a folder of files: after a crash or an interrupt there is no half file in it.
 
     A new folder appears with all its files at once. In a folder that exists the files are put one
@@ -72,7 +72,7 @@ def write_folder(path: Path, contents: Mapping[str, bytes], *, force: bool) -> N
     with _temporary(path if exists else path.parent, path) as temporary:
         temporary.mkdir()
         for name, content in contents.items():
-            _write(temporary / name, content)
+            _write(temporary / name, content.encode() if isinstance(content, str) else content)
         _sync_folder(temporary)
         if exists:
             for name in contents:

@@ -131,6 +131,17 @@ class Source(NamedTuple):
     apply: Callable[[Trials, Any, float], Trials]
 
 
+#: In the order in which they draw. A new one goes to the end: it then changes no other's draws.
+SOURCES: list[Source] = []
+
+
+def _source(
+    name: str, default: float, about: str, draw: Callable[[np.random.Generator, Trials, int], Any]
+) -> Callable[[Callable[[Trials, Any, float], Trials]], None]:
+    """Make a `Source` of the function that applies it."""
+    return lambda apply: SOURCES.append(Source(name, default, about, draw, apply))
+
+
 def _per_voxel(rng: np.random.Generator, trials: Trials, cycles: int) -> Array:
     return normal(rng, trials.phase.shape)
 
@@ -139,21 +150,41 @@ def _per_trial(rng: np.random.Generator, trials: Trials, cycles: int) -> Array:
     return normal(rng, len(trials))
 
 
+@_source(
+    "strain",
+    0.10,
+    "standard deviation of each active voxel's amplitude, as a share of it; lasts for the run",
+    _per_voxel,
+)
 def _strain(trials: Trials, draws: Array, amount: float) -> Trials:
     # An actuator may fail to inflate, but it does not suck.
     factor = np.maximum(1 + amount * draws, 0.0)
     return trials.changed(strain=trials.strain * factor[:, np.newaxis])
 
 
+@_source(
+    "leak",
+    0.01,
+    "probability of each active voxel that its actuator leaks and it stays passive",
+    lambda rng, trials, cycles: rng.random(trials.phase.shape),
+)
 def _leak(trials: Trials, draws: Array, amount: float) -> Trials:
     leaks = (draws < amount)[:, np.newaxis]
     return trials.changed(strain=np.where(leaks, 0.0, trials.strain))
 
 
+@_source("phase", 0.02, "standard deviation of each voxel's phase, cycles", _per_voxel)
 def _phase(trials: Trials, draws: Array, amount: float) -> Trials:
     return trials.changed(phase=trials.phase + amount * draws)
 
 
+@_source(
+    "frequency",
+    0.02,
+    "standard deviation of the frequency of actuation, as a share of it; actuation still begins in "
+    "the phase in which it nominally does",
+    _per_trial,
+)
 def _frequency(trials: Trials, draws: Array, amount: float) -> Trials:
     deviation = np.clip(draws, -FREQUENCY_DEVIATIONS, FREQUENCY_DEVIATIONS)
     nominal = trials["frequency_hz"]
@@ -164,6 +195,13 @@ def _frequency(trials: Trials, draws: Array, amount: float) -> Trials:
     return trials.changed(frequency_hz=frequency, phase=phase)
 
 
+@_source(
+    "friction",
+    0.2,
+    "standard deviation of the logarithm of the static and of the kinetic friction, drawn apart; "
+    "the kinetic is then at most the static",
+    lambda rng, trials, cycles: normal(rng, (2, len(trials))),
+)
 def _friction(trials: Trials, draws: Array, amount: float) -> Trials:
     static, kinetic = exp(amount * draws)
     friction_static = trials["friction_static"] * static
@@ -171,88 +209,38 @@ def _friction(trials: Trials, draws: Array, amount: float) -> Trials:
     return trials.changed(friction_static=friction_static, friction_kinetic=friction_kinetic)
 
 
-def _scaled(name: str) -> Callable[[Trials, Array, float], Trials]:
-    """Return what multiplies a parameter by a number whose logarithm is normal."""
-
-    def apply(trials: Trials, draws: Array, amount: float) -> Trials:
-        return trials.changed(**{name: trials[name] * exp(amount * draws)})
-
-    return apply
+@_source("stiffness", 0.05, "standard deviation of the logarithm of Young's modulus", _per_trial)
+def _stiffness(trials: Trials, draws: Array, amount: float) -> Trials:
+    return trials.changed(youngs_modulus=trials["youngs_modulus"] * exp(amount * draws))
 
 
+@_source("density", 0.05, "standard deviation of the logarithm of the density", _per_trial)
+def _density(trials: Trials, draws: Array, amount: float) -> Trials:
+    return trials.changed(density=trials["density"] * exp(amount * draws))
+
+
+@_source(
+    "tilt",
+    1.0,
+    "standard deviation of the floor's tilt, degrees; towards any azimuth alike",
+    lambda rng, trials, cycles: (normal(rng, len(trials)), direction(rng, len(trials))),
+)
 def _tilt(trials: Trials, draws: tuple[Array, Array], amount: float) -> Trials:
     tilt = np.pi / 180 * (amount * draws[0])
     return trials.changed(gravity=tilted(trials["gravity"], tilt, draws[1]))
 
 
+@_source(
+    "strain_per_cycle",
+    0.10,
+    "as strain, drawn anew for every voxel and cycle of actuation",
+    lambda rng, trials, cycles: normal(rng, (len(trials), cycles, *trials.phase.shape[1:])),
+)
 def _strain_per_cycle(trials: Trials, draws: Array, amount: float) -> Trials:
     factor = held(1 + amount * draws, trials.strain.shape[1])
     strain = held(trials.strain, draws.shape[1])
     return trials.changed(strain=strain * np.maximum(factor, 0.0))
 
-
-#: In the order in which they draw. A new one goes to the end: it then changes no other's draws.
-SOURCES = (
-    Source(
-        "strain",
-        0.10,
-        "standard deviation of each active voxel's amplitude, as a share of it; lasts for the run",
-        _per_voxel,
-        _strain,
-    ),
-    Source(
-        "leak",
-        0.01,
-        "probability of each active voxel that its actuator leaks and it stays passive",
-        lambda rng, trials, cycles: rng.random(trials.phase.shape),
-        _leak,
-    ),
-    Source("phase", 0.02, "standard deviation of each voxel's phase, cycles", _per_voxel, _phase),
-    Source(
-        "frequency",
-        0.02,
-        "standard deviation of the frequency of actuation, as a share of it; actuation still "
-        "begins in the phase in which it nominally does",
-        _per_trial,
-        _frequency,
-    ),
-    Source(
-        "friction",
-        0.2,
-        "standard deviation of the logarithm of the static and of the kinetic friction, drawn "
-        "apart; the kinetic is then at most the static",
-        lambda rng, trials, cycles: normal(rng, (2, len(trials))),
-        _friction,
-    ),
-    Source(
-        "stiffness",
-        0.05,
-        "standard deviation of the logarithm of Young's modulus",
-        _per_trial,
-        _scaled("youngs_modulus"),
-    ),
-    Source(
-        "density",
-        0.05,
-        "standard deviation of the logarithm of the density",
-        _per_trial,
-        _scaled("density"),
-    ),
-    Source(
-        "tilt",
-        1.0,
-        "standard deviation of the floor's tilt, degrees; towards any azimuth alike",
-        lambda rng, trials, cycles: (normal(rng, len(trials)), direction(rng, len(trials))),
-        _tilt,
-    ),
-    Source(
-        "strain_per_cycle",
-        0.10,
-        "as strain, drawn anew for every voxel and cycle of actuation",
-        lambda rng, trials, cycles: normal(rng, (len(trials), cycles, *trials.phase.shape[1:])),
-        _strain_per_cycle,
-    ),
-)
 
 #: Names and amounts at level 1.
 AMOUNTS = {source.name: source.default for source in SOURCES}

@@ -51,7 +51,4 @@ def direction(rng: np.random.Generator, k: int) -> NDArray[np.float64]:
     """Draw unit vectors of the plane, every direction alike, shape (2, k)."""
     vector = normal(rng, (2, k))
     length = np.sqrt(vector[0] * vector[0] + vector[1] * vector[1])
-    unit: NDArray[np.float64] = np.where(
-        length > 0, vector / np.where(length > 0, length, 1.0), 0.0
-    )
-    return unit
+    return np.where(length > 0, vector / np.where(length > 0, length, 1.0), 0.0)

@@ -231,7 +231,8 @@ def test_a_searcher_whose_library_is_missing_says_what_to_install(name, library)
     pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
     code = (
         f"import sys; sys.modules[{library!r}] = None; "
-        f"from softvox_view.explore.paths import search; search({name!r}, seed=1, budget=10, progress=print)"
+        f"from softvox_view.explore.paths import search; "
+        f"search({name!r}, seed=1, budget=10, progress=print)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     told = done.stderr.splitlines()[-1]

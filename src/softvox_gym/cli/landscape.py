@@ -14,7 +14,7 @@ import numpy as np
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder, write_folder
-from softvox_gym.landscapes.analysis import Analysis, analyse
+from softvox_gym.landscapes.analysis import analyse
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, compute
 from softvox_gym.manifest import digest, provenance
@@ -89,11 +89,13 @@ def run(args: Namespace) -> int:
     shown = [summary(table, manifest)]
     if args.analyse:
         analysis = analyse(table["fitness"])
-        texts |= analysis_texts(analysis, manifest)
+        # A landscape forced over this one leaves these: the digest tells that they are another's.
+        data = {name: manifest[name] for name in ("version", "commit", "digest")}
+        texts |= {ANALYSIS: as_json({**data, **analysis.to_dict()}), DOCUMENT: analysis.markdown()}
+        texts |= analysis.tables()
         shown.append(analysis.text())
     with bad_input("--out"):
-        contents = {name: text.encode() for name, text in texts.items()}
-        write_folder(args.out, contents, force=args.force)
+        write_folder(args.out, texts, force=args.force)
     print("\n\n".join([*shown, f"wrote into {args.out}: {', '.join(names)}"]))
     return 0
 
@@ -121,17 +123,6 @@ def ranking(table: Table) -> Table:
 def as_json(values: dict[str, Any]) -> str:
     """Return JSON as the files of a landscape have it."""
     return json.dumps(values, indent=2, allow_nan=False) + "\n"
-
-
-def analysis_texts(analysis: Analysis, manifest: dict[str, Any]) -> dict[str, str]:
-    """Return the files of a landscape's analysis by name."""
-    # A landscape forced over this one leaves these files: the digest tells that they are another's.
-    origin = {name: manifest[name] for name in ("version", "commit", "digest")}
-    return {
-        ANALYSIS: as_json({**origin, **analysis.to_dict()}),
-        DOCUMENT: analysis.markdown(),
-        **analysis.tables(),
-    }
 
 
 def summary(table: Table, manifest: dict[str, Any]) -> str:

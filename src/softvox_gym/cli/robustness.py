@@ -63,8 +63,7 @@ def run(args: Namespace) -> int:
         tables = robustness.tables()
         with bad_input("--out"):
             check_folder(args.out, tables, force=args.force)
-            contents = {name: text.encode() for name, text in tables.items()}
-            write_folder(args.out, contents, force=args.force)
+            write_folder(args.out, tables, force=args.force)
     levels, top = robustness.levels(), robustness.published(args.level)
     if args.json:
         data = {"levels": levels.to_dict(), "published": top.to_dict()}

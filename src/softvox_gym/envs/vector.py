@@ -175,8 +175,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         self, steps: NDArray[np.bool_], actions: Action
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Try the designs of the environments that step; return rewards and batched infos."""
-        which = np.flatnonzero(steps)
-        rewards = np.zeros(self.num_envs)
+        which, rewards = np.flatnonzero(steps), np.zeros(self.num_envs)
         if len(which) == 0:
             return rewards, {}
         observations, rewards[which], told, poses = self.evaluator.run(
@@ -189,8 +188,8 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             final = np.full(self.num_envs, None, dtype=object)
             for i in which:
                 final[i] = self._observations[i].copy()
-            infos = {"final_obs": final, "final_info": infos}
-            infos |= {"_final_obs": steps.copy(), "_final_info": steps.copy()}
+            infos = {"final_obs": final, "_final_obs": steps.copy(), "final_info": infos}
+            infos["_final_info"] = steps.copy()
         return rewards, infos
 
     def _start_anew(self, which: NDArray[np.bool_]) -> None:
@@ -201,9 +200,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
 
     def _reset_mask(self, options: dict[str, Any]) -> NDArray[np.bool_]:
         """Return which environments to reset."""
-        if "reset_mask" not in options:
-            return np.ones(self.num_envs, dtype=np.bool_)
-        mask = options["reset_mask"]
+        mask = options.get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
             raise TypeError(f"options['reset_mask'] must be a numpy array of bool, got {mask!r}")
         if mask.shape != (self.num_envs,) or not mask.any():

@@ -35,8 +35,6 @@ def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
 def kendall_tau(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     """Return Kendall's rank correlation tau-b of two rows of values, shape (n,).
 
-    Notes
-    -----
     Source: M. G. Kendall, The treatment of ties in ranking problems, Biometrika 33, 1945.
     """
     agreeing, untied = 0, np.zeros(2, dtype=np.int64)
@@ -92,13 +90,7 @@ def levels() -> Section:
 
 
 def published(level: float) -> Section:
-    """Return what becomes of the published top hundred at a level of noise.
-
-    Raises
-    ------
-    ValueError
-        For a level that the noisy landscape does not have.
-    """
+    """Return what becomes of the published top hundred at a level of `noisy_landscape`."""
     noisy, exact = noisy_landscape(level), landscape()["fitness"]
     rank = np.empty(len(exact), dtype=np.int64)
     rank[ranked(noisy["mean"])] = 1 + np.arange(len(exact))
@@ -142,11 +134,7 @@ def published(level: float) -> Section:
             Column("remark", "remark"),
         ),
         rows=rows,
-        facts={
-            "level": level,
-            "survivors": sum(row[10] for row in rows),
-            "published": len(rows),
-        },
+        facts={"level": level, "survivors": sum(row[10] for row in rows), "published": len(rows)},
         sentence="{survivors} of the published top {published} are among the 100 with the best "
         "mean at level {level:g}.",
     )

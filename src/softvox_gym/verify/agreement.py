@@ -15,19 +15,9 @@ UNJUDGED = NOT_JUDGED, NOT_JUDGED
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the agreement table.
+    """One line of the agreement table: how many of those compared agree within the tolerance.
 
-    Parameters
-    ----------
-    name : str
-        What was compared.
-    verdict : {"ok", "FAILED", "known", "not judged"}
-    agree, compared : int
-        How many of how many agree within the tolerance.
-    largest : float or None
-        Largest difference; NaN where a number is missing.
-    tolerance : float or None
-    note : str
+    The largest difference is NaN where a number is missing.
     """
 
     name: str

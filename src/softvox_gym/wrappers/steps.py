@@ -125,7 +125,7 @@ def evaluator_of(env: Any, wrapper: str) -> Evaluator:
     if not isinstance(evaluator, Evaluator):
         raise TypeError(
             f"{wrapper} works on this package's environments, got {env.unwrapped}; put it around "
-            "the single environments of another vector, gym.make_vec(..., wrappers=[...])"
+            "single ones before they are made one vector, gym.make_vec(..., wrappers=[...])"
         )
     return evaluator
 

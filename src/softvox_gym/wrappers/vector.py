@@ -6,7 +6,7 @@ seeds; all designs of a batch, and all their trials, go into C together.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
@@ -14,27 +14,14 @@ from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import Action
 from softvox_gym.envs.vector import Batch, batched
-from softvox_gym.wrappers.steps import (
-    JakobiStep,
-    MeasuredStep,
-    ResampleStep,
-    Wrapping,
-    is_noisy,
-)
+from softvox_gym.wrappers.steps import JakobiStep, MeasuredStep, ResampleStep, Wrapping, is_noisy
 
 __all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy"]
 
 Env = VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray[Any]]
 
-if TYPE_CHECKING:
-    _Base = VectorWrapper[
-        NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[Any]
-    ]
-else:
-    _Base = VectorWrapper  # not generic before Gymnasium 1.3
 
-
-class _Wrapper(Wrapping, _Base):
+class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since Gymnasium 1.3
     """A wrapper around a vector environment."""
 
     def wrap(self, env: Env, **options: Any) -> None:
@@ -49,8 +36,7 @@ class _Wrapper(Wrapping, _Base):
         if "fitness" not in told:
             return observations, rewards, terminated, truncated, infos
         which = np.flatnonzero(told["_fitness"])
-        names = [key for key in told if f"_{key}" in told]
-        of_those = {key: told[key][which] for key in names}
+        of_those = {key: told[key][which] for key in told if f"_{key}" in told}
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
         rewards = np.zeros_like(rewards)
         rewards[which] = values

@@ -11,6 +11,7 @@ import numpy as np
 
 import softvox_gym
 from softvox_gym.engine import Progress
+from softvox_gym.missing import missing
 from softvox_gym.physics import ParameterError
 from softvox_view.explore.landscapes import listed
 
@@ -53,8 +54,13 @@ def search(name: str, *, seed: int, budget: int, progress: Progress) -> dict[str
     from softvox_search import single
     from softvox_search.oracle import Budget
 
-    with _one_at_a_time:
-        facts, log = single.search(name, budget=Budget(unique=budget), seed=seed, progress=progress)
+    try:
+        with _one_at_a_time:
+            facts, log = single.search(
+                name, budget=Budget(unique=budget), seed=seed, progress=progress
+            )
+    except ImportError as error:
+        raise RuntimeError(missing(f"searcher {name}", error)) from error
     return _path(log, facts["design"])
 
 

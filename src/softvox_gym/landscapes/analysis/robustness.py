@@ -17,10 +17,9 @@ RANKS = (1, 10, 100, N_DESIGNS)
 
 
 class AfterError(NamedTuple):
-    """The fitness of every design after one error of a kind.
+    """The fitness of every design after one error of a kind, shape (6561,), voxel widths.
 
-    mean, worst : ndarray, shape (6561,)
-        Over the errors of that kind that can befall the design, voxel widths; NaN where none can.
+    Over the errors of that kind that can befall the design; NaN where none can.
     """
 
     mean: NDArray[np.float64]
