@@ -12,6 +12,7 @@ from softvox_gym import TABLE_ENV_ID, Design, Lattice, Physics, landscape, noisy
 from softvox_gym import evaluate as evaluate_designs
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.landscapes.noisy import LEVELS
+from softvox_gym.missing import missing
 from softvox_gym.rendering import png
 from softvox_gym.wrappers.vector import JakobiNoise
 from softvox_search.global_random import library
@@ -77,8 +78,8 @@ def search(
 
     Raises
     ------
-    BadInputError, ImportError
-        For a searcher, options or a policy that can't be.
+    BadInputError
+        For a searcher, options or a policy that can't be, or a library that is missing.
     SearcherError
         Where the searcher breaks the protocol.
     RaisedError
@@ -102,7 +103,9 @@ def search(
             made = make(searcher, own, space=space, **(options or {}))
             if level is not None:
                 made = with_policy(made, policy or Policy(), space, budget)
-        except (ImportError, TypeError, ValueError) as error:
+        except ImportError as error:
+            raise BadInputError(missing(f"searcher {searcher}", error)) from error
+        except (TypeError, ValueError) as error:
             raise BadInputError(f"--searcher {searcher}: {error}") from error
         design = run(made, oracle, name=searcher)
     except (BadInputError, SearcherError, MemoryError):

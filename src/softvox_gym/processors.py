@@ -24,9 +24,9 @@ def default_threads() -> int:
     The least of its scheduler affinity, of the processor time that its control groups allow (a
     container's limit; a part of a processor counts as one) and of SLURM_CPUS_PER_TASK.
     """
-    limits = [os.cpu_count() or 1, *_cgroup_limits()]
-    if hasattr(os, "sched_getaffinity"):
-        limits.append(len(os.sched_getaffinity(0)))
+    affinity = getattr(os, "sched_getaffinity", None)
+    processors = len(affinity(0)) if affinity else os.cpu_count() or 1
+    limits = [processors, *_cgroup_limits()]
     slurm = os.environ.get("SLURM_CPUS_PER_TASK", "")
     if slurm.isdecimal():
         limits.append(int(slurm))
