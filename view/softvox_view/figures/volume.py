@@ -47,7 +47,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
     return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
 
 
-def draw(_: Inputs) -> Figure:
+def draw_volume(_: Inputs) -> Figure:
     """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
     made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))

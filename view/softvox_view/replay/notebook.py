@@ -10,7 +10,14 @@ import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import bytes_per_frame, clock_of, labels, name_of, recording, rest_pose
+from softvox_view.replay.data import (
+    bytes_per_frame,
+    clock_of,
+    labels,
+    name_of,
+    recording,
+    rest_pose,
+)
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
@@ -27,14 +34,16 @@ def notebook(value: Design | Result) -> str:
     Where a result has frames, a player shows its designs moving.
     """
     if isinstance(value, Design):
-        return f"{_built([value], name_of(value))}\n{_table(_FACTS, [_facts(value)], '1 design')}"
+        return (
+            f"{_built([value], data.name_of(value))}\n{_table(_FACTS, [_facts(value)], '1 design')}"
+        )
     order = fittest(value)
     shown = order[:ROBOTS]
     parts = []
     if shown and value.frames is not None:
         parts.append(_player(value, shown))
     elif shown:
-        names = "; ".join(labels(value, i)[0] for i in shown)
+        names = "; ".join(data.labels(value, i)[0] for i in shown)
         parts.append(_built([value.design(i) for i in shown], names))
     rows = [_outcome(value, i) for i in order[:ROWS]]
     caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")
@@ -51,19 +60,19 @@ def fittest(result: Result) -> list[int]:
 
 
 def _built(designs: Sequence[Design], names: str) -> str:
-    picture = beside([rest_pose(design.array) for design in designs], panel=PANEL)
+    picture = beside([data.rest_pose(design.array) for design in designs], panel=PANEL)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 
 def _player(result: Result, shown: list[int]) -> str:
     # One clock runs for all that are shown: that of the fittest.
-    shown = [i for i in shown if clock_of(result, i) == clock_of(result, shown[0])]
-    size = bytes_per_frame(result.design(i) for i in shown)
+    shown = [i for i in shown if data.clock_of(result, i) == data.clock_of(result, shown[0])]
+    size = data.bytes_per_frame(result.design(i) for i in shown)
     most = max(2, min(MOST_FRAMES, MOST_BYTES // size))
     picture = still(result, *shown, panel=PANEL)
     assert result.frames is not None
     stride = math.ceil(len(result.frames.step) / most)
-    content = page(recording(result, *shown, stride=stride), picture)
+    content = page(data.recording(result, *shown, stride=stride), picture)
     return (
         '<iframe sandbox="allow-scripts" style="border: 0; width: 100%; height: 420px" '
         f'title="replay" srcdoc="{html.escape(content)}"></iframe>'
