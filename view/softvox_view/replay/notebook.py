@@ -10,14 +10,7 @@ import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import (
-    bytes_per_frame,
-    clock_of,
-    labels,
-    name_of,
-    recording,
-    rest_pose,
-)
+from softvox_view.replay import data
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
@@ -34,33 +27,30 @@ def notebook(value: Design | Result) -> str:
     Where a result has frames, a player shows its designs moving.
     """
     if isinstance(value, Design):
-        return (
-            f"{_built([value], data.name_of(value))}\n{_table(_FACTS, [_facts(value)], '1 design')}"
-        )
-    order = fittest(value)
+        picture, table = _built([value]), _table(_FACTS, [_facts(value)], "1 design")
+        return f"{picture}\n{table}"
+    worth = np.where(value.diverged, -1.0, value.fitness)
+    order: list[int] = np.argsort(-worth, kind="stable").tolist()
     shown = order[:ROBOTS]
     parts = []
     if shown and value.frames is not None:
         parts.append(_player(value, shown))
     elif shown:
-        names = "; ".join(data.labels(value, i)[0] for i in shown)
-        parts.append(_built([value.design(i) for i in shown], names))
-    rows = [_outcome(value, i) for i in order[:ROWS]]
+        parts.append(_built([value.design(i) for i in shown]))
     caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")
+    rows = []
+    for i in order[:ROWS]:
+        travel = [value.fitness[i], *value.displacement[i, :2]]
+        numbers = ["diverged", "", ""] if value.diverged[i] else [f"{far:.3f}" for far in travel]
+        rows.append([i, *_facts(value.design(i)), *numbers])
     header = ("#", *_FACTS, "fitness", "dx", "dy")
     parts.append(_table(header, rows, f"{caption}; lengths in voxel widths"))
     return "\n".join(parts)
 
 
-def fittest(result: Result) -> list[int]:
-    """Return the places of a batch's designs, the fittest first, those that diverged last."""
-    worth = np.where(result.diverged, -1.0, result.fitness)
-    order: list[int] = np.argsort(-worth, kind="stable").tolist()
-    return order
-
-
-def _built(designs: Sequence[Design], names: str) -> str:
+def _built(designs: Sequence[Design]) -> str:
     picture = beside([data.rest_pose(design.array) for design in designs], panel=PANEL)
+    names = "; ".join(data.name_of(design) for design in designs)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 
@@ -97,9 +87,3 @@ def _facts(design: Design) -> list[object]:
     is_connected = "yes" if design.is_connected else "no"
     digits = design.digits[:64]
     return [number, design.lattice, digits, design.n_voxels, design.n_active, is_connected]
-
-
-def _outcome(result: Result, i: int) -> list[object]:
-    travel = [result.fitness[i], *result.displacement[i, :2]]
-    numbers = ["diverged", "", ""] if result.diverged[i] else [f"{value:.3f}" for value in travel]
-    return [i, *_facts(result.design(i)), *numbers]
