@@ -4,8 +4,7 @@ import pytest
 from matplotlib import colormaps
 
 from softvox_view.figures import style
-from softvox_view.figures.classes import COLOURS
-from softvox_view.figures.heading import DIMMED, STILL
+from softvox_view.figures.maps import COLOURS, DIMMED, STILL
 
 #: Of sRGB to CIE XYZ, for the white of daylight D65 (IEC 61966-2-1).
 XYZ = np.array(

@@ -12,11 +12,9 @@ from softvox_gym import Design
 from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.comparison import compare
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
-from softvox_view.figures.classes import KINDS, class_ranks, kinds
 from softvox_view.figures.gallery import published
-from softvox_view.figures.heading import colour_of, mean_displacement
+from softvox_view.figures.maps import KINDS, class_ranks, colour_of, kept, kinds, mean_displacement
 from softvox_view.figures.robots import best_of_bodies
-from softvox_view.figures.robustness import kept
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE
 from softvox_view.figures.volume import relative_volume
 from softvox_view.tessellation import cell_of
@@ -85,7 +83,7 @@ def test_the_gallery_shows_the_published_hundred_in_their_order():
         text for _, text in published()
     ]
     made, _ = drawn("gallery")
-    shown = [text.get_text() for text in made.figures["gallery"].texts]
+    shown = [text.get_text() for text in made.figures["gallery"].axes[0].texts]
     assert shown[:4] == ["4.66", "6453", "4.65", "4295"]
     assert len(shown) == 200
 

@@ -15,16 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.landscapes.table import LATTICE
 
-#: Pairs of sites, outermost first: the digit that counts to the right, and the one upward. A pair
-#: is two neighbours along x; the first two pairs are the bottom layer.
+#: Pairs of sites, outermost first: the digit that counts to the right, and the one upward.
 PAIRS = ((0, 1), (2, 3), (4, 5), (6, 7))
 
 #: Cells along a side.
 SIDE = 3 ** len(PAIRS)
 
-
-#: Of a pair: the digits that count to the right, those that count upward; cells that each counts.
 _RIGHT, _UP = np.transpose(PAIRS)
+#: Cells that a digit of a pair counts.
 _WEIGHT = 3 ** np.arange(len(PAIRS))[::-1]
 
 

@@ -19,7 +19,7 @@ COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 #: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
 MOST_CM = 100.0
 
-OWN_TRIAL = "give each run of a robot a trial of its own"
+Point = tuple[float, float, float]
 
 
 class CsvError(ValueError):
@@ -65,49 +65,25 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
     CsvError
         Where a file can't be read or is not as docs/figures.md says, or two have one trial.
     """
-    tracks: dict[tuple[int, str], list[tuple[float, ...]]] = {}
+    tracks: dict[tuple[int, str], list[Point]] = {}
     source: dict[tuple[int, str], Path] = {}
     for path in paths:
         for where, (text, name, *numbers) in _records(path):
             try:
                 trial = _design(text), name
-                point = tuple(map(_number, COLUMNS[2:], numbers))
+                cycle, x, y = map(_number, COLUMNS[2:], numbers)
             except (ValueError, BadInputError) as error:
                 raise CsvError(f"{where}: {error}") from None
             points = tracks.setdefault(trial, [])
-            points.append(point)
-            before = points[-2][0] if len(points) > 1 else -math.inf
-            cycle = repr(point[0]).removesuffix(".0")
-            for is_wrong, fault in (
-                (
-                    source.setdefault(trial, path) != path,
+            fault = _fault(points, (cycle, x, y), most_cycles)
+            if source.setdefault(trial, path) != path:
+                fault = (
                     f"design {trial[0]} has a trial {name!r} in {source[trial]} as well; give one "
-                    "of them another name, or leave one of the files out",
-                ),
-                (
-                    not 0 <= point[0] <= most_cycles,
-                    f"cycle {cycle} is not within 0 to {most_cycles:g}, over which the robots are "
-                    "simulated; count actuation cycles from the start, and leave out what comes "
-                    "later",
-                ),
-                (
-                    points[0][0] != 0,
-                    f"a trial starts at cycle 0, got {cycle}; count from its first line, and "
-                    f"{OWN_TRIAL}",
-                ),
-                (
-                    point[0] <= before,
-                    f"cycle {cycle} comes after {before:g}; sort the lines of a trial, and "
-                    f"{OWN_TRIAL}",
-                ),
-                (
-                    math.dist(point[1:], points[0][1:]) > MOST_CM,
-                    f"({point[1]:g}, {point[2]:g}) is more than {MOST_CM:g} cm from where the "
-                    "trial starts, and no robot walks as far; give positions in cm",
-                ),
-            ):
-                if is_wrong:
-                    raise CsvError(f"{where}: {fault}")
+                    "of them another name, or leave one of the files out"
+                )
+            if fault:
+                raise CsvError(f"{where}: {fault}")
+            points.append((cycle, x, y))
         if path not in source.values():
             raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
     for (number, name), points in tracks.items():
@@ -118,6 +94,31 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
             )
     made = {trial: np.array(points) for trial, points in tracks.items()}
     return tuple(RealTrack(*trial, of[:, 0], of[:, 1:] - of[0, 1:]) for trial, of in made.items())
+
+
+def _fault(before: list[Point], point: Point, most_cycles: float) -> str:
+    """Return why a point can't follow others of its trial; nothing where it can."""
+    cycle, x, y = point
+    shown = repr(cycle).removesuffix(".0")
+    own_trial = "give each run of a robot a trial of its own"
+    if not 0 <= cycle <= most_cycles:
+        return (
+            f"cycle {shown} is not within 0 to {most_cycles:g}, over which the robots are "
+            "simulated; count actuation cycles from the start, and leave out what comes later"
+        )
+    if not before and cycle != 0:
+        return f"a trial starts at cycle 0, got {shown}; count from its first line, and {own_trial}"
+    if before and cycle <= before[-1][0]:
+        return (
+            f"cycle {shown} comes after {before[-1][0]:g}; sort the lines of a trial, and "
+            f"{own_trial}"
+        )
+    if before and math.dist((x, y), before[0][1:]) > MOST_CM:
+        return (
+            f"({x:g}, {y:g}) is more than {MOST_CM:g} cm from where the trial starts, and no robot "
+            "walks as far; give positions in cm"
+        )
+    return ""
 
 
 def _records(path: Path) -> Iterator[tuple[str, list[str]]]:

@@ -5,8 +5,7 @@ Light to import; matplotlib loads with `make`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
     from softvox_view.tracks_csv import RealTrack
 
-#: Every figure and what it shows; each is a module here with a function `draw`.
+#: Every figure and what it shows.
 FIGURES = {
     "gallery": "the published top hundred, ten by ten (Fig. 1a)",
     "tessellation": "the key to the maps: sites, pairs and nesting (Fig. 3)",
@@ -29,6 +28,9 @@ FIGURES = {
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
     "search": "searchers compared, from folders of results of softvox compare",
 }
+
+#: The module here with a figure's function `draw_NAME`, where it is not called as the figure is.
+MODULES = dict.fromkeys(("heatmap", "classes", "heading", "robustness"), "maps")
 
 
 @dataclass(frozen=True)
@@ -44,33 +46,20 @@ class Inputs:
 
 @dataclass
 class Drawing:
-    """What was drawn as a figure.
-
-    Parameters
-    ----------
-    figures : dict of str to Figure
-        By file name without its ending.
-    tables : dict of str to bytes
-        Tables that belong to it, by file name.
-    lines : list of str
-        For the terminal.
-    style : callable, optional
-        A context manager to write the figures within, where that is not the figures' own.
-    """
+    """Figures and tables by file name, figures without its ending, and lines for the terminal."""
 
     figures: dict[str, Figure]
     tables: dict[str, bytes] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
-    style: Callable[[], AbstractContextManager[None]] | None = None
 
 
 def make(name: str, inputs: Inputs | None = None) -> Drawing:
     """Draw one of `FIGURES`; ValueError for inputs that it can't be made of."""
     from softvox_view.figures.style import style  # before all that imports matplotlib
 
-    draw = import_module(f"softvox_view.figures.{name}").draw
+    module = import_module(f"softvox_view.figures.{MODULES.get(name, name)}")
     with style():
-        drawn: Figure | Drawing = draw(inputs or Inputs())
+        drawn: Figure | Drawing = getattr(module, f"draw_{name}")(inputs or Inputs())
     return drawn if isinstance(drawn, Drawing) else Drawing({name: drawn})
 
 
@@ -79,7 +68,7 @@ def files_of(drawing: Drawing, formats: Sequence[str]) -> dict[str, bytes]:
     from softvox_view.figures import style
 
     files: dict[str, bytes] = {}
-    with (drawing.style or style.style)():
+    with style.style():
         for name, figure in drawing.figures.items():
             files |= {f"{name}.{form}": style.encoded(figure, form) for form in formats}
     return files | drawing.tables

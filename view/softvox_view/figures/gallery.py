@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from importlib.resources import files
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -13,13 +14,10 @@ from softvox_view.figures.robots import picture
 
 COLUMNS = 10
 
-#: Inches of a cell: the picture, and the two lines under it.
+#: Inches of a cell: the picture, what is cut away at its sides, where there is only floor, and the
+#: two lines under it.
 CELL, CAPTION = style.WIDTH / COLUMNS, 0.27
-
-#: Shares of the picture cut away at the sides, where there is only floor.
-MARGIN = 0.02
-
-PIXELS = round(style.DPI * CELL)
+MARGIN = 0.02 * CELL
 
 
 def published() -> list[tuple[Design, str]]:
@@ -29,33 +27,22 @@ def published() -> list[tuple[Design, str]]:
     return [(Design(int(row["design"])), row["fitness"]) for row in rows]
 
 
-def draw(_: Inputs) -> Figure:
+def draw_gallery(_: Inputs) -> Figure:
     """Draw ten by ten robots as built, in the paper's order, the fitness under each."""
     robots = published()
-    rows = -(-len(robots) // COLUMNS)
-    made = style.figure(style.WIDTH, rows * (CELL + CAPTION), layout=None)
+    height = -(-len(robots) // COLUMNS) * (CELL + CAPTION)
+    made = style.figure(style.WIDTH, height, layout=None)
+    axis = made.add_axes((0, 0, 1, 1))
+    under: dict[str, Any] = {"ha": "center", "va": "top"}
     for i, (design, fitness) in enumerate(robots):
-        row, column = divmod(i, COLUMNS)
-        _robot(made, design, fitness, left=column * CELL, top=row * (CELL + CAPTION))
-    return made
-
-
-def _robot(made: Figure, design: Design, fitness: str, *, left: float, top: float) -> None:
-    width, height = made.get_size_inches()
-    inner = CELL * (1 - 2 * MARGIN)
-    box = (
-        (left + MARGIN * CELL) / width,
-        1 - (top + MARGIN * CELL + inner) / height,
-        inner / width,
-        inner / height,
-    )
-    axis = made.add_axes(box)
-    axis.imshow(picture(design, PIXELS), interpolation="antialiased")
+        left, top = i % COLUMNS * CELL, i // COLUMNS * (CELL + CAPTION)
+        x, y, foot = left + CELL / 2, top + CELL / 2, top + CELL
+        half = CELL / 2 - MARGIN
+        shown = picture(design, round(style.DPI * CELL))
+        extent = (x - half, x + half, y + half, y - half)
+        axis.imshow(shown, extent=extent, interpolation="antialiased")
+        axis.text(x, foot + 0.02, fitness, size=style.SMALL, color=style.INK, **under)
+        axis.text(x, foot + 0.135, f"{design.index}", size=style.TINY, color=style.GREY, **under)
+    axis.set(xlim=(0, style.WIDTH), ylim=(height, 0))
     axis.set_axis_off()
-    middle = (left + CELL / 2) / width
-    for text, below, size, colour in (
-        (fitness, 0.02, style.SMALL, style.INK),
-        (f"{design.index}", 0.135, style.TINY, style.GREY),
-    ):
-        y = 1 - (top + CELL + below) / height
-        made.text(middle, y, text, size=size, color=colour, ha="center", va="top")
+    return made

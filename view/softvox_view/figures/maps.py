@@ -1,42 +1,70 @@
-"""Maps of all designs: what the maps of fitness, classes, heading and robustness share."""
+"""Maps of all designs: fitness, kinds and classes, heading, and what noise leaves of fitness."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects
+from matplotlib import colormaps, patheffects
 from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
-from softvox_view.figures import style
+import softvox_gym
+from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_view.comparison import LITTLE
+from softvox_view.figures import Inputs, style
 from softvox_view.tessellation import SIDE, cell_of, mapped
+
+Array = NDArray[np.float64]
 
 #: Widths of the lines between squares by their side in cells, points.
 LINES = {27: 0.9, 9: 0.35}
+
+#: Kinds of robot, from dark to light, so that they stay apart without colour.
+KINDS = ("no voxels", "in pieces, none active", "in pieces", "one piece, none active", "one piece")
+COLOURS = ("#000000", "#5B2A6E", "#C0563B", "#6FA8DC", "#F7E7A9")
+
+#: Lighter than any colour of the wheel, dimmed, so that it stays apart without colour as well.
+STILL, DIMMED = "white", 0.86
+
+#: Cells along a side of the squares whose mean is an arrow, and inches that it is long per voxel
+#: width: the longest fits its square.
+SQUARE, INCHES = 9, 0.28
+
+#: Of noise; and voxel widths: of slower robots a share says little, since many of them walk faster
+#: under noise.
+LEVEL, FAST = 1.0, 1.0
 
 
 def show(axis: Axes, values: Any, *, lines: str = "white", **options: Any) -> AxesImage:
     """Draw a map of a value or colour per design, shape (6561,) or (6561, 3); see `Axes.imshow`."""
     image = axis.imshow(mapped(values), origin="lower", interpolation="nearest", **options)
-    frame(axis, lines=lines)
+    frame(axis, color=lines)
     return image
 
 
-def frame(axis: Axes, *, lines: str = "white") -> None:
-    """Draw the lines of the outer nestings, and the digits along the sides."""
-    for side, width in LINES.items():
+def frame(axis: Axes, *, color: str, widths: Mapping[int, float] = LINES) -> None:
+    """Draw the lines of the nestings, and the digits along the sides."""
+    for side, width in widths.items():
         for edge in np.arange(side, SIDE, side) - 0.5:
-            line: dict[str, Any] = {"color": lines, "lw": width}
-            axis.axhline(edge, **line)
-            axis.axvline(edge, **line)
+            axis.axhline(edge, color=color, lw=width)
+            axis.axvline(edge, color=color, lw=width)
     axis.set(xlim=(-0.5, SIDE - 0.5), ylim=(-0.5, SIDE - 0.5), aspect="equal")
-    middles = np.arange(3) * 27 + 13
+    digits(axis, np.arange(3) * 27 + 13)
+    axis.set_xlabel("$d_0$; within it $d_2$, then $d_4$, then $d_6$")
+    axis.set_ylabel("$d_1$; within it $d_3$, then $d_5$, then $d_7$")
+
+
+def digits(axis: Axes, middles: Any) -> None:
+    """Write the digits 0, 1, 2 along both sides."""
     axis.set_xticks(middles, ["0", "1", "2"])
     axis.set_yticks(middles, ["0", "1", "2"])
     axis.tick_params(length=0)
-    axis.set_xlabel("$d_0$; within it $d_2$, then $d_4$, then $d_6$")
-    axis.set_ylabel("$d_1$; within it $d_3$, then $d_5$, then $d_7$")
 
 
 def mark(
@@ -49,18 +77,9 @@ def mark(
 ) -> None:
     """Put a ring around a design and a word at an offset, points, readable on any colour."""
     row, column = (int(place) for place in cell_of(design))
-    axis.plot(
-        column,
-        row,
-        "o",
-        ms=ring,
-        mfc="none",
-        mec=style.INK,
-        mew=0.9,
-        path_effects=[patheffects.withStroke(linewidth=2.2, foreground="white")],
-        clip_on=False,
-        zorder=5,
-    )
+    white = [patheffects.withStroke(linewidth=2.2, foreground="white")]
+    looks: dict[str, Any] = {"mfc": "none", "mec": style.INK, "mew": 0.9, "path_effects": white}
+    axis.plot(column, row, "o", ms=ring, clip_on=False, zorder=5, **looks)
     axis.annotate(
         text,
         (column, row),
@@ -73,3 +92,143 @@ def mark(
         va="bottom" if offset[1] >= 0 else "top",
         zorder=5,
     )
+
+
+def draw_heatmap(_: Inputs) -> Figure:
+    """Draw the fitness of every design (Fig. 4): lighter is fitter."""
+    fitness = softvox_gym.landscape()["fitness"]
+    best = int(fitness.argmax())
+    made = style.figure(0.8 * style.WIDTH, 0.68 * style.WIDTH)
+    axis = made.subplots()
+    image = show(axis, fitness, cmap=style.SEQUENTIAL, vmin=0)
+    made.colorbar(image, ax=axis, label="fitness, voxel widths", pad=0.02)
+    mark(axis, best, f"{best}: {fitness[best]:.2f}")
+    return made
+
+
+def kinds() -> NDArray[np.int64]:
+    """Return the kind of every design, an index into `KINDS`, shape (6561,)."""
+    table = softvox_gym.landscape()
+    is_active = table["n_active"] > 0
+    kind = np.where(table["is_connected"], 3, 1) + is_active
+    return np.where(table["n_voxels"] == 0, 0, kind)
+
+
+def class_ranks() -> NDArray[np.int64]:
+    """Return for every design the rank of its symmetry class, shape (6561,).
+
+    The 1035 classes are ranked from 1 by their fittest design, ties by their smallest.
+    """
+    smallest, member_of = np.unique(symmetry_classes(), return_inverse=True)
+    best = np.full(len(smallest), -np.inf)
+    np.maximum.at(best, member_of, softvox_gym.landscape()["fitness"])
+    rank = np.empty(len(smallest), dtype=np.int64)
+    rank[np.lexsort((smallest, -best))] = 1 + np.arange(len(smallest))
+    return rank[member_of]
+
+
+def draw_classes(_: Inputs) -> Figure:
+    """Draw the kind of robot, and its class of robots turned or mirrored."""
+    made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
+    (left, right), (key, bar) = made.subplots(2, 2, height_ratios=(24, 1))
+    edges = BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS))
+    show(left, kinds(), cmap=ListedColormap(COLOURS), norm=edges)
+    left.set_title("a  kind of robot", loc="left")
+    counts = np.bincount(kinds(), minlength=len(KINDS))
+    handles = [
+        Patch(fc=colour, ec=style.INK, lw=0.4, label=f"{kind} ({count})")
+        for kind, colour, count in zip(KINDS, COLOURS, counts, strict=True)
+    ]
+    key.set_axis_off()
+    key.legend(handles=handles, loc="center", ncols=2)
+    ranks = class_ranks()
+    image = show(right, ranks, cmap=f"{style.SEQUENTIAL}_r")
+    right.set_title("b  symmetry class", loc="left")
+    scale = made.colorbar(image, cax=bar, orientation="horizontal")
+    scale.set_label("rank of the class by its fittest design")
+    scale.set_ticks([ranks.max(), 800, 600, 400, 200, 1])
+    bar.invert_xaxis()  # the lightest to the right, as on the other maps
+    return made
+
+
+def colour_of(dx: Array, dy: Array) -> Array:
+    """Return the colours (..., 3) of displacements; `STILL` where they are less than `LITTLE`."""
+    turn = np.arctan2(dy, dx) / (2 * np.pi) % 1
+    colours = DIMMED * colormaps[style.CYCLIC](turn)[..., :3]
+    colours[np.hypot(dx, dy) < LITTLE] = to_rgb(STILL)
+    return np.asarray(colours)
+
+
+def mean_displacement(displacement: Array) -> Array:
+    """Return the mean of displacements (6561, 2) over every square of 9 x 9 designs, (9, 9, 2)."""
+    squares = SIDE // SQUARE
+    laid = mapped(displacement).reshape(squares, SQUARE, squares, SQUARE, 2)
+    return np.asarray(laid.mean(axis=(1, 3)))
+
+
+def draw_heading(_: Inputs) -> Figure:
+    """Draw the direction of travel, an arrow over each square of 9 x 9 designs, and the keys."""
+    table = softvox_gym.landscape()
+    dx, dy = table["dx"], table["dy"]
+    made = style.figure(0.84 * style.WIDTH, 0.68 * style.WIDTH)
+    axis, side = made.subplots(1, 2, width_ratios=(5, 1))
+    show(axis, colour_of(dx, dy), lines=style.GREY)
+    mean = np.moveaxis(mean_displacement(np.stack([dx, dy], axis=1)), -1, 0)
+    mean[:, np.hypot(*mean) < LITTLE] = np.nan
+    middle = np.arange(SIDE // SQUARE) * SQUARE + (SQUARE - 1) / 2
+    arrows = axis.quiver(
+        *np.meshgrid(middle, middle), *mean,
+        pivot="mid", units="inches", scale=1 / INCHES, scale_units="inches",
+        width=0.011, headwidth=4.5, headlength=5, headaxislength=4.5,
+        color=style.INK, zorder=4,
+        path_effects=[patheffects.withStroke(linewidth=1.6, foreground="white")],
+    )  # fmt: skip
+    side.set_axis_off()
+    # A ring of the colours, each where it points to seen from above.
+    wheel = side.inset_axes((0.15, 0.57, 0.7, 0.2), projection="polar")
+    turn = np.linspace(0, 2 * np.pi, 181)
+    middles = (turn[1:] + turn[:-1]) / 2
+    colours = colour_of(np.cos(middles), np.sin(middles))[np.newaxis]
+    wheel.pcolormesh(turn, [0.5, 1], colours, rasterized=True)
+    wheel.set(rorigin=0, ylim=(0.5, 1), yticks=[])
+    names = ["+x", "+y", "\N{MINUS SIGN}x", "\N{MINUS SIGN}y"]
+    wheel.set_xticks(np.arange(4) * np.pi / 2, names)
+    wheel.tick_params(pad=-2, grid_alpha=0)
+    wheel.set_title("heading,\nseen from above", size=style.SMALL)
+    axis.quiverkey(arrows, 0.908, 0.48, 1, "1 voxel width", coordinates="figure", labelpos="S")
+    words: dict[str, Any] = {"ha": "center", "size": style.SMALL}
+    squares = f"arrows: mean of\n{SQUARE} \N{MULTIPLICATION SIGN} {SQUARE} designs"
+    side.text(0.5, 0.49, squares, va="bottom", **words)
+    still = f"white, no arrow:\nless than\n{LITTLE:g} voxel widths"
+    side.text(0.5, 0.38, still, va="top", **words)
+    return made
+
+
+def kept() -> Array:
+    """Return what share of its fitness a design keeps in nine draws out of ten, shape (6561,).
+
+    The 10 % quantile under noise over the fitness without. NaN where that is less than `FAST`.
+    """
+    fitness = softvox_gym.landscape()["fitness"]
+    share = np.full(len(fitness), np.nan)
+    quantile = softvox_gym.noisy_landscape(LEVEL)["q10"]
+    np.divide(quantile, fitness, out=share, where=fitness >= FAST)
+    return share
+
+
+def draw_robustness(_: Inputs) -> Figure:
+    """Draw the mean under noise, and the share of the fitness that nine draws in ten keep."""
+    mean = softvox_gym.noisy_landscape(LEVEL)["mean"]
+    made = style.figure(style.WIDTH, 0.61 * style.WIDTH)
+    left, right = made.subplots(1, 2)
+    image = show(left, mean, cmap=style.SEQUENTIAL, vmin=0)
+    left.set_title(f"a  mean fitness at noise level {LEVEL:g}", loc="left")
+    bar: dict[str, Any] = {"location": "bottom", "shrink": 0.9, "pad": 0.02}
+    made.colorbar(image, ax=left, label="voxel widths", **bar)
+    mark(left, int(mean.argmax()), f"{mean.argmax()}: {mean.max():.2f}")
+    colours = style.on_white(style.SEQUENTIAL)
+    image = show(right, kept(), lines=style.PALE, cmap=colours, vmin=0, vmax=1)
+    right.set_title("b  share of the fitness kept in nine draws of ten", loc="left")
+    scale = made.colorbar(image, ax=right, extend="max", **bar)
+    scale.set_label(f"10 % quantile / fitness; white: fitness below {FAST:g} voxel width")
+    return made

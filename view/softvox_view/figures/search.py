@@ -10,7 +10,7 @@ from softvox_search.report.style import PRINT, style
 from softvox_view.figures import Drawing, Inputs
 
 
-def draw(inputs: Inputs) -> Drawing:
+def draw_search(inputs: Inputs) -> Drawing:
     """Draw the figures of every folder; the folder's name is part of theirs.
 
     They are made from its runs; where it is kept without them, from the tables of its report.
@@ -21,4 +21,4 @@ def draw(inputs: Inputs) -> Drawing:
             has_runs = (results.folder / FOLDER).is_dir()
             of = tables.make(results) if has_runs else text.read(results.folder / "tables")
             made |= {f"search_{name}_{key}": figure for key, figure in figures.draw(of).items()}
-    return Drawing(made, style=lambda: style(PRINT))
+    return Drawing(made)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 
-from softvox_search.report.style import FORMATS, INK, PRINT, encoded, figure
+from softvox_search.report.style import FORMATS, INK, PRINT, encoded, figure, lay_out, line
 from softvox_search.report.style import style as project_style
 
 # The style is the door to matplotlib, which it imports whatever MPLBACKEND names.
 from matplotlib import colormaps  # isort: skip
 from matplotlib.colors import ListedColormap  # isort: skip
-from matplotlib.figure import Figure  # isort: skip
 
-__all__ = ["FORMATS", "INK", "encoded", "figure", "on_white", "style"]
+__all__ = ["FORMATS", "INK", "encoded", "figure", "lay_out", "line", "on_white", "style"]
 
 #: Inches: the text width of a two-column paper. Pixels per inch.
 WIDTH, DPI = PRINT.widest, PRINT.dpi
@@ -43,21 +41,10 @@ _CHANGES = {
     "text.parse_math": True,
 }
 
-
-@contextmanager
-def style() -> Iterator[None]:
-    """Draw in the figures' style, whatever the user's settings are; they are put back."""
-    with project_style(PRINT, _CHANGES):
-        yield
+#: A context manager to draw within, whatever the user's settings are; they are put back.
+style = partial(project_style, PRINT, _CHANGES)
 
 
 def on_white(name: str) -> ListedColormap:
     """Return a map of colours, cut off before it is too pale beside white."""
     return ListedColormap(colormaps[name](np.linspace(0, PALEST, 256)))
-
-
-def lay_out(made: Figure) -> None:
-    """Put the parts of a figure where they belong, for good."""
-    if (engine := made.get_layout_engine()) is not None:
-        engine.execute(made)
-        made.set_layout_engine(None)

@@ -37,7 +37,7 @@ LANDMARKS = (
 )
 
 
-def draw(_: Inputs) -> Figure:
+def draw_tessellation(_: Inputs) -> Figure:
     """Draw the sites and the map above, and four nested squares below."""
     made = style.figure(style.WIDTH, 0.72 * style.WIDTH)
     parts: Any = made.subfigures(2, 1, height_ratios=(1.75, 1))
@@ -45,8 +45,7 @@ def draw(_: Inputs) -> Figure:
     sites, whole = above.subplots(1, 2, width_ratios=(1, 1.15))
     _sites(sites)
     _whole(whole)
-    levels = below.subplots(1, len(PAIRS))
-    for level, axis in enumerate(levels):
+    for level, axis in enumerate(below.subplots(1, len(PAIRS))):
         _level(axis, level)
     return made
 
@@ -60,22 +59,15 @@ def _sites(axis: Axes) -> None:
         _cube(axis, corner, right, back, up)
         x_middle, y_middle = corner + (right + up) / 2
         axis.text(x_middle, y_middle, f"$d_{site}$", ha="center", va="center", size=9)
+    start, arrow = np.array([-0.75, -0.75]), {"arrowstyle": "<-", "lw": 0.8, "shrinkB": 0}
     for along, name in ((right, "x"), (back, "y"), (up, "z")):
-        _arrow(axis, along / np.hypot(*along), name)
+        end = start + 0.95 * along / np.hypot(*along)
+        axis.annotate(name, start, end, arrowprops=arrow, ha="center", va="center")
     axis.set(xlim=(-1.0, 4.9), ylim=(-1.0, 4.3), aspect="equal")
     axis.set_title("a  the sites, a digit for each", loc="left")
     axis.set_axis_off()
     handles = [Patch(fc=colour, ec=style.INK, lw=0.6, label=name) for name, colour in MATERIALS]
     axis.legend(handles=handles, loc="lower right", handlelength=1.0, handleheight=1.0)
-
-
-def _arrow(axis: Axes, along: Any, name: str) -> None:
-    """Draw an axis of the lattice in a direction of length 1, with its name."""
-    start = np.array([-0.75, -0.75])
-    tip, end = start + 0.75 * along, start + 0.95 * along
-    arrow = {"arrowstyle": "->", "lw": 0.8, "shrinkA": 0}
-    axis.annotate("", (tip[0], tip[1]), (start[0], start[1]), arrowprops=arrow)
-    axis.text(end[0], end[1], name, ha="center", va="center")
 
 
 def _cube(axis: Axes, corner: Any, right: Any, back: Any, up: Any) -> None:
@@ -91,35 +83,31 @@ def _cube(axis: Axes, corner: Any, right: Any, back: Any, up: Any) -> None:
 def _whole(axis: Axes) -> None:
     """Draw the map with all its lines, the landmarks, and the way down to the design."""
     axis.set_facecolor("#EDEDED")
-    maps.frame(axis)
-    for side, width in ((27, 1.0), (9, 0.5), (3, 0.15)):
-        for edge in np.arange(side, 81, side) - 0.5:
-            axis.axhline(edge, color=style.GREY, lw=width)
-            axis.axvline(edge, color=style.GREY, lw=width)
+    maps.frame(axis, color=style.GREY, widths={27: 1.0, 9: 0.5, 3: 0.15})
     for design, text, offset in LANDMARKS:
         maps.mark(axis, design, text, offset=offset)
     maps.mark(axis, DESIGN, f"{DESIGN}", offset=(4, 5), ring=RING)
     row, column = (int(place) for place in cell_of(DESIGN))
     for side in (27, 9, 3):
-        corner = (column // side * side - 0.5, row // side * side - 0.5)
-        square: dict[str, Any] = {"fill": False, "ec": style.INK, "lw": FRAME, "zorder": 4}
-        axis.add_patch(Rectangle(corner, side, side, **square))
+        _square(axis, (column // side * side - 0.5, row // side * side - 0.5), side)
     axis.set_title("b  the map: a cell for each of 6561 designs", loc="left")
+
+
+def _square(axis: Axes, corner: tuple[float, float], side: float) -> None:
+    """Draw the frame of a square that is chosen."""
+    axis.add_patch(Rectangle(corner, side, side, fill=False, ec=style.INK, lw=FRAME, zorder=4))
 
 
 def _level(axis: Axes, level: int) -> None:
     """Draw the 3 x 3 squares of a pair: the robot so far with each of the pair's values."""
     across, upward = PAIRS[level]
-    digits = np.array([int(digit) for digit in Design(DESIGN).digits])
+    digits = LATTICE.digits(DESIGN)
     fitness = softvox_gym.landscape()["fitness"]
-    chosen = digits[across], digits[upward]
     for values in np.ndindex(3, 3):
         part = np.zeros(LATTICE.sites, dtype=int)
-        for pair in PAIRS[:level]:
-            part[list(pair)] = digits[list(pair)]
+        part[: 2 * level] = digits[: 2 * level]  # the pairs before
         part[[across, upward]] = values
-        robot = Design(part)
-        x, y = values
+        robot, (x, y) = Design(part), values
         axis.imshow(picture(robot, PIXELS), extent=(x, x + 1, y, y + 1))
         if level == len(PAIRS) - 1:
             text = f"{fitness[robot.index]:.2f}"
@@ -127,11 +115,9 @@ def _level(axis: Axes, level: int) -> None:
     for edge in (1, 2):
         axis.axhline(edge, color=style.GREY, lw=0.6)
         axis.axvline(edge, color=style.GREY, lw=0.6)
-    axis.add_patch(Rectangle(chosen, 1, 1, fill=False, ec=style.INK, lw=FRAME, zorder=4))
+    _square(axis, (digits[across], digits[upward]), 1)
     axis.set(xlim=(0, 3), ylim=(0, 3), aspect="equal")
-    axis.set_xticks([0.5, 1.5, 2.5], ["0", "1", "2"])
-    axis.set_yticks([0.5, 1.5, 2.5], ["0", "1", "2"])
-    axis.tick_params(length=0)
+    maps.digits(axis, [0.5, 1.5, 2.5])
     axis.set_xlabel(f"$d_{across}$")
     axis.set_ylabel(f"$d_{upward}$", rotation=0, y=0.667, labelpad=3, va="center")
     within = f", within {'bcde'[level]}" if level else ", of all"

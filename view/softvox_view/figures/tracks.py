@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from softvox_gym.design import Design
@@ -23,13 +22,14 @@ from softvox_view.tracks_csv import COLUMNS, RealTrack
 
 CYCLES, PER_CYCLE = 23, 50
 
-#: Panels on a page; what does not fit goes on to further pages.
-PER_PAGE = 12
+#: Of the samples of a simulated track.
+CYCLE = np.arange(CYCLES * PER_CYCLE + 1) / PER_CYCLE
+
+#: Panels in a row and on a page; what does not fit goes on to further pages.
+ACROSS, PER_PAGE = 3, 12
 
 #: Designs of real tracks that are none of the nine have panels of their own, up to so many.
 MOST_MORE = 99
-
-ACROSS = 3
 
 #: Inches: of a row of panels, of what is below all rows, and of the legend above.
 ROW, FOOT, LEGEND = 2.24, 0.18, 0.36
@@ -50,22 +50,21 @@ INSET, PIXELS = 0.30, 210
 MARK = 0.022
 
 _REAL: dict[str, Any] = {"color": style.INK, "lw": 0.8, "ls": (0, (4, 1.5))}
-_END: dict[str, Any] = {"color": style.INK, "marker": "s", "ms": 3.5, "ls": "none"}
 _TIME: dict[str, Any] = {"marker": "o", "mec": style.INK, "mew": 0.5, "ms": 2.6, "ls": "none"}
+_END: dict[str, Any] = {"mec": style.INK, "mew": 0.8, "ms": 4, "ls": "none"}
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What a panel shows: tracks in cm from the start, shape (m, 2), at times in cycles."""
+    """What a panel shows: tracks in cm from the start, shape (m, 2)."""
 
     name: str
     design: Design
-    cycle: Array
     simulated: Array
-    real: tuple[RealTrack, ...] = ()
-    compared: tuple[Compared, ...] = ()
+    real: list[RealTrack]
+    compared: list[Compared]
 
     @property
     def points(self) -> Array:
@@ -73,20 +72,12 @@ class Panel:
         points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
         return points
 
-    @property
-    def middle(self) -> Array:
-        """The middle of all tracks, cm."""
-        middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
-        return middle
+    def shares(self, points: Any, half: float) -> Array:
+        """Return points as shares of the panel's sides."""
+        return np.asarray((points - _middle(self.points)) / (2 * half) + 0.5)
 
 
-def needed_half(points: Sequence[Array]) -> float:
-    """Return half a panel's side, cm, that any of some tracks has room in."""
-    reach = max(float(np.ptp(track, axis=0).max()) for track in points) / 2
-    return max((1 + MARGIN) * reach, LEAST_HALF)
-
-
-def draw(inputs: Inputs) -> Drawing:
+def draw_tracks(inputs: Inputs) -> Drawing:
     """Draw a panel per design, and compare with the real tracks.
 
     Raises
@@ -96,31 +87,42 @@ def draw(inputs: Inputs) -> Drawing:
     """
     designs = designs_of(inputs.tracks)
     simulated = dict(zip((d.index for d in designs), simulated_tracks(designs), strict=True))
-    tables = {"tracks_simulated.csv": tracks_csv(simulated)}
+    lines = [",".join(COLUMNS)]
+    for number, track in simulated.items():
+        for cycle, (x, y) in zip(CYCLE, track, strict=True):
+            lines.append(f"{number},simulated,{cycle:g},{x:.6f},{y:.6f}")
+    tables = {"tracks_simulated.csv": ("\n".join(lines) + "\n").encode()}
     rows = [compare(track, simulated[track.design], PER_CYCLE) for track in inputs.tracks]
-    lines = []
     if rows:
         tables["tracks_compared.csv"] = as_csv(rows)
-        lines = as_lines(rows)
     panels = [
         Panel(
-            name=_letters(i),
-            design=design,
-            cycle=np.arange(CYCLES * PER_CYCLE + 1) / PER_CYCLE,
-            simulated=simulated[design.index],
-            real=tuple(track for track in inputs.tracks if track.design == design.index),
-            compared=tuple(row for row in rows if row.design == design.index),
+            _letters(i),
+            design,
+            simulated[design.index],
+            [track for track in inputs.tracks if track.design == design.index],
+            [row for row in rows if row.design == design.index],
         )
         for i, design in enumerate(designs)
     ]
-    half = needed_half(list(simulated.values()))
+    half = max(map(_half, simulated.values()))
     figures = {
         f"tracks_{1 + first // PER_PAGE}" if first else "tracks": draw_page(
             panels[first : first + PER_PAGE], half
         )
         for first in range(0, len(panels), PER_PAGE)
     }
-    return Drawing(figures, tables, lines)
+    return Drawing(figures, tables, as_lines(rows) if rows else [])
+
+
+def _middle(points: Array) -> Array:
+    middle: Array = (points.min(axis=0) + points.max(axis=0)) / 2
+    return middle
+
+
+def _half(points: Array) -> float:
+    """Return half of a side, cm, in which some points (n, 2) have room."""
+    return max((1 + MARGIN) * float(np.ptp(points, axis=0).max()) / 2, LEAST_HALF)
 
 
 def _letters(i: int) -> str:
@@ -155,15 +157,6 @@ def simulated_tracks(designs: Sequence[Design]) -> Array:
     return np.asarray(result.track[..., :2] * physics.edge * 100)
 
 
-def tracks_csv(simulated: dict[int, Array]) -> bytes:
-    """Return simulated tracks in the format of the real ones; see `softvox_view.tracks_csv`."""
-    lines = [",".join(COLUMNS)]
-    for design, track in simulated.items():
-        for sample, (x, y) in enumerate(track):
-            lines.append(f"{design},simulated,{sample / PER_CYCLE:g},{x:.6f},{y:.6f}")
-    return ("\n".join(lines) + "\n").encode()
-
-
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     """Draw a page; a panel that needs more than half a side, cm, has a scale of its own."""
     rows = -(-len(panels) // ACROSS)
@@ -173,21 +166,33 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
         axis.remove()
-    halves = [max(half, needed_half([panel.points])) for panel in panels]
-    corners = []
-    for axis, panel, own in zip(axes, panels, halves, strict=False):
+    words = []
+    for axis, panel in zip(axes, panels, strict=False):
+        own = max(half, _half(panel.points))
         line = _tracks(axis, panel)
-        _frame(axis, panel, own)
-        corners.append(_inset(axis, panel, own))
+        words.append(_frame(axis, panel, own, has_own_scale=own > half))
     made.supxlabel("x, cm")
     made.supylabel("y, cm")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
     if is_compared:
-        _legend(made)
+        handles = [
+            style.line("start", marker="o", mfc="none", **_END),
+            style.line("end, simulated", marker="D", mfc="none", **_END),
+            style.line("real, with its trial", marker="s", ms=3.5, **_REAL),
+            style.line(f"every {MARKED} cycles", mfc="none", **_TIME),
+        ]
+        made.legend(
+            handles=handles,
+            title="above each panel: angle between the displacements and RMS error, "
+            "means over trials",
+            title_fontsize=style.SMALL,
+            loc="outside upper center",
+            ncols=len(handles),
+        )
     style.lay_out(made)  # where the words go depends on how large the panels are
-    for axis, panel, own, corner in zip(axes, panels, halves, corners, strict=False):
-        _words(axis, panel, corner, has_own_scale=own > half)
+    for axis, own_words in zip(axes, words, strict=False):
+        labels.put(axis, **own_words)
     return made
 
 
@@ -195,25 +200,29 @@ def _tracks(axis: Axes, panel: Panel) -> LineCollection:
     ours = panel.simulated
     colours = style.on_white(style.TIME)
     segments = np.stack([ours[:-1], ours[1:]], axis=1)
-    line = LineCollection(list(segments), cmap=colours, array=panel.cycle[:-1], lw=1.6)
-    line.set_clim(0, panel.cycle[-1])
+    line = LineCollection(list(segments), cmap=colours, array=CYCLE[:-1], lw=1.6)
+    line.set_clim(0, CYCLES)
     axis.add_collection(line)
     for track in panel.real:
         axis.plot(*track.position.T, **_REAL)
-        axis.plot(*track.position[-1], zorder=3, **_END)
+        axis.plot(*track.position[-1], "s", color=style.INK, ms=3.5, zorder=3)
     if panel.real:
-        tracks = [(panel.cycle, ours), *((track.cycle, track.position) for track in panel.real)]
+        tracks = [(CYCLE, ours), *((track.cycle, track.position) for track in panel.real)]
         for cycle, position in tracks:
             times = np.arange(MARKED, cycle[-1], MARKED, dtype=float)
             for time, point in zip(times, track_at(times, cycle, position), strict=True):
-                axis.plot(*point, mfc=colours(time / panel.cycle[-1]), zorder=3.5, **_TIME)
-    axis.plot(0, 0, "o", mfc="white", mec=style.INK, mew=0.8, ms=4, zorder=4)
-    axis.plot(*ours[-1], "D", mfc=colours(1.0), mec=style.INK, mew=0.8, ms=4, zorder=4)
+                axis.plot(*point, mfc=colours(time / CYCLES), zorder=3.5, **_TIME)
+    axis.plot(0, 0, "o", mfc="white", zorder=4, **_END)
+    axis.plot(*ours[-1], "D", mfc=colours(1.0), zorder=4, **_END)
     return line
 
 
-def _frame(axis: Axes, panel: Panel, half: float) -> None:
-    x, y = panel.middle
+def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dict[str, Any]:
+    """Draw what is around the tracks, and return the words to be put among them.
+
+    These are the trials' names at the ends of their tracks, and that a scale is another.
+    """
+    x, y = _middle(panel.points)
     axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
     axis.grid(color="#E6E6E6", lw=0.5)
     axis.set_axisbelow(True)
@@ -221,6 +230,31 @@ def _frame(axis: Axes, panel: Panel, half: float) -> None:
     axis.set_title(f"{panel.name}\N{PRIME}  {panel.design.index}", loc="left")
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
+    # As many points of each track, however often it was looked at.
+    times = CYCLE[:: len(CYCLE) // 200]
+    tracks = [track_at(times, CYCLE, panel.simulated)]
+    for track in panel.real:
+        tracks.append(track_at(times[times <= track.cycle[-1]], track.cycle, track.position))
+    lines = panel.shares(np.concatenate(tracks), half)
+
+    # The robot's picture goes into the corner that the tracks keep clear of most.
+    corners = [np.array([x, y]) for y in (1 - INSET, 0) for x in (1 - INSET, 0)]
+    inside = [(lines >= c - 0.025) & (lines <= c + INSET + 0.025) for c in corners]
+    corner = corners[int(np.argmin([found.all(axis=1).sum() for found in inside]))]
+    inset = axis.inset_axes((*corner, INSET, INSET), zorder=1)
+    inset.imshow(picture(panel.design, PIXELS))
+    inset.set_axis_off()
+
+    ends = [track.position[-1] for track in panel.real]
+    places = panel.shares([np.zeros(2), panel.simulated[-1], *ends], half)
+    words = [("own scale", np.zeros(2))] if has_own_scale else []
+    words += zip((short(track.trial) for track in panel.real), places[2:], strict=True)
+    picture_box = [*corner, *(corner + INSET)]
+    return {
+        "words": words,
+        "clear": np.vstack([picture_box, np.hstack([places - MARK, places + MARK])]),
+        "lines": lines,
+    }
 
 
 def errors(compared: Sequence[Compared]) -> str:
@@ -228,65 +262,3 @@ def errors(compared: Sequence[Compared]) -> str:
     angles = [row.angle for row in compared if not np.isnan(row.angle)]
     angle = f"{np.mean(angles):.0f}\N{DEGREE SIGN}, " if angles else ""
     return f"{angle}RMS {np.mean([row.rms_error for row in compared]):.2f} cm"
-
-
-def _inset(axis: Axes, panel: Panel, half: float) -> Array:
-    """Put the robot's picture into the corner that the tracks keep clear of most; return its box.
-
-    That is left, bottom, right, top, shares of the panel's sides.
-    """
-    shown = _shares(panel, half)
-    corners = [np.array([x, y]) for y in (1 - INSET, 0) for x in (1 - INSET, 0)]
-
-    def covered(corner: Array) -> int:
-        is_inside = (shown >= corner - 0.025) & (shown <= corner + INSET + 0.025)
-        return int(is_inside.all(axis=1).sum())
-
-    corner = min(corners, key=covered)
-    box = axis.inset_axes((*corner, INSET, INSET), zorder=1)
-    box.imshow(picture(panel.design, PIXELS))
-    box.set_axis_off()
-    return np.concatenate([corner, corner + INSET])
-
-
-def _shares(panel: Panel, half: float) -> Array:
-    """Return the points of all tracks as shares of the panel's sides, shape (n, 2).
-
-    As many of each track, however often it was looked at.
-    """
-    times = panel.cycle[:: max(len(panel.cycle) // 200, 1)]
-    tracks = [track_at(times, panel.cycle, panel.simulated)]
-    for track in panel.real:
-        tracks.append(track_at(times[times <= track.cycle[-1]], track.cycle, track.position))
-    return (np.concatenate(tracks) - panel.middle) / (2 * half) + 0.5
-
-
-def _words(axis: Axes, panel: Panel, inset: Array, *, has_own_scale: bool) -> None:
-    """Write the trials' names at the ends of their tracks, and that a scale is another."""
-    half = float(np.ptp(axis.get_xlim())) / 2
-    points = [np.zeros(2), panel.simulated[-1], *(track.position[-1] for track in panel.real)]
-    places = (np.array(points) - panel.middle) / (2 * half) + 0.5
-    words = [
-        (short(track.trial), place) for track, place in zip(panel.real, places[2:], strict=True)
-    ]
-    if has_own_scale:
-        words.insert(0, ("own scale", np.zeros(2)))
-    clear = np.concatenate([[inset], np.hstack([places - MARK, places + MARK])])
-    labels.put(axis, words, clear=clear, lines=_shares(panel, half))
-
-
-def _legend(made: Figure) -> None:
-    ours: dict[str, Any] = {"mfc": "none", "mec": style.INK, "ls": "none", "ms": 4}
-    handles = [
-        Line2D([], [], marker="o", label="start", **ours),
-        Line2D([], [], marker="D", label="end, simulated", **ours),
-        Line2D([], [], **_REAL, marker="s", ms=3.5, label="real, with its trial"),
-        Line2D([], [], mfc="none", label=f"every {MARKED} cycles", **_TIME),
-    ]
-    made.legend(
-        handles=handles,
-        title="above each panel: angle between the displacements and RMS error, means over trials",
-        title_fontsize=style.SMALL,
-        loc="outside upper center",
-        ncols=len(handles),
-    )

@@ -7,7 +7,6 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -17,11 +16,8 @@ from softvox_gym.simulation import simulate
 from softvox_view.figures import Inputs, style
 from softvox_view.figures.robots import best_of_bodies
 
-#: The cycle shown, counted from 0: the first one starts from rest.
-CYCLE = 1
-
-#: Time steps between frames; a cycle has 552 steps.
-EVERY = 2
+#: The cycle shown, counted from 0: the first one starts from rest; time steps between frames.
+CYCLE, EVERY = 1, 2
 
 #: By mode: an own line and lightness.
 LOOKS = {
@@ -47,7 +43,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
     return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
 
 
-def draw(_: Inputs) -> Figure:
+def draw_volume(_: Inputs) -> Figure:
     """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
     made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
@@ -57,7 +53,16 @@ def draw(_: Inputs) -> Figure:
     left.legend(loc="upper right")
     left.set_title("a\N{DOUBLE PRIME}  one active voxel, by mode of actuation", loc="left")
     left.set_ylabel("volume relative to rest")
-    _robots(right)
+    # A line per share of active voxels; robots that share it lie on each other.
+    designs = best_of_bodies()
+    time, volume = relative_volume(designs)
+    shares = np.array([Fraction(design.n_active, design.n_voxels) for design in designs])
+    for line, share in enumerate(sorted(set(shares), reverse=True)):
+        places = np.flatnonzero(shares == share)
+        names = ", ".join(str(designs[i].index) for i in places)
+        looks = {"color": str(0.14 * line), "ls": ("-", "--", "-.", ":")[line % 4], "lw": 1.3}
+        right.plot(time, volume[places[0]], label=f"{share} active: {names}", **looks)
+    right.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)
     right.set_title("b\N{DOUBLE PRIME}  the best of nine bodies, mode hold", loc="left")
     for axis in (left, right):
         axis.set_xlabel("time, cycles")
@@ -65,23 +70,3 @@ def draw(_: Inputs) -> Figure:
         axis.axhline(1, color=style.PALE, lw=0.8, zorder=0)
         axis.set_xlim(0, 1)
     return made
-
-
-def _robots(axis: Axes) -> None:
-    """Draw a line per share of active voxels; robots that share it lie on each other."""
-    designs = best_of_bodies()
-    time, volume = relative_volume(designs)
-    shares: dict[Fraction, list[int]] = {}
-    for i, design in enumerate(designs):
-        shares.setdefault(Fraction(design.n_active, design.n_voxels), []).append(i)
-    for line, share in enumerate(sorted(shares, reverse=True)):
-        names = ", ".join(str(designs[i].index) for i in shares[share])
-        axis.plot(
-            time,
-            volume[shares[share][0]],
-            color=str(0.14 * line),
-            ls=("-", "--", "-.", ":")[line % 4],
-            lw=1.3,
-            label=f"{share} active: {names}",
-        )
-    axis.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)

@@ -7,7 +7,6 @@ gone, in steps of less than 1e-4 voxel widths for a robot on 3x3x3 sites, which 
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -192,7 +191,7 @@ def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[A
     position, quaternion, edge = (
         values[i, :end][:, x, y, z] for values in (frames.position, frames.quaternion, frames.edge)
     )
-    finite: NDArray[np.bool_] = np.isfinite(position).all((1, 2)) & np.isfinite(edge).all(1)
+    finite = np.asarray(np.isfinite(position).all((1, 2)) & np.isfinite(edge).all(1))
     if not finite[0]:
         built = rest_pose(digits)
         return built.position[None], built.quaternion[None], built.edge[None]
@@ -219,12 +218,7 @@ def _robot(result: Result, i: int, count: int, stride: int) -> dict[str, Any]:
         "short_label": short_label,
         "design": design.index if design.lattice == Lattice() else None,
         "digits": design.digits,
-        "shape": list(design.shape),
-        "n_voxels": design.n_voxels,
-        "n_active": design.n_active,
-        "diverged": bool(result.diverged[i]),
-        "fitness": _finite(float(result.fitness[i])),
-        "displacement": [_finite(value) for value in result.displacement[i].tolist()],
+        "fitness": None if result.diverged[i] else float(result.fitness[i]),
         "last": last,
         "distance": fitting_distance(first),
         "active": first.active.astype(int).tolist(),
@@ -238,7 +232,3 @@ def _robot(result: Result, i: int, count: int, stride: int) -> dict[str, Any]:
 
 def _base64(values: NDArray[Any]) -> str:
     return base64.b64encode(values.tobytes()).decode("ascii")
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

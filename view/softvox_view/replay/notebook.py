@@ -10,6 +10,7 @@ import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.simulation import Result
+<<<<<<< HEAD
 from softvox_view.replay.data import (
     bytes_per_frame,
     clock_of,
@@ -18,6 +19,9 @@ from softvox_view.replay.data import (
     recording,
     rest_pose,
 )
+=======
+from softvox_view.replay import data
+>>>>>>> sqfigures
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
@@ -34,43 +38,42 @@ def notebook(value: Design | Result) -> str:
     Where a result has frames, a player shows its designs moving.
     """
     if isinstance(value, Design):
-        return f"{_built([value], name_of(value))}\n{_table(_FACTS, [_facts(value)], '1 design')}"
-    order = fittest(value)
+        picture, table = _built([value]), _table(_FACTS, [_facts(value)], "1 design")
+        return f"{picture}\n{table}"
+    worth = np.where(value.diverged, -1.0, value.fitness)
+    order: list[int] = np.argsort(-worth, kind="stable").tolist()
     shown = order[:ROBOTS]
     parts = []
     if shown and value.frames is not None:
         parts.append(_player(value, shown))
     elif shown:
-        names = "; ".join(labels(value, i)[0] for i in shown)
-        parts.append(_built([value.design(i) for i in shown], names))
-    rows = [_outcome(value, i) for i in order[:ROWS]]
+        parts.append(_built([value.design(i) for i in shown]))
     caption = f"{len(order)} designs" + (f", the fittest {ROWS}" if len(order) > ROWS else "")
+    rows = []
+    for i in order[:ROWS]:
+        travel = [value.fitness[i], *value.displacement[i, :2]]
+        numbers = ["diverged", "", ""] if value.diverged[i] else [f"{far:.3f}" for far in travel]
+        rows.append([i, *_facts(value.design(i)), *numbers])
     header = ("#", *_FACTS, "fitness", "dx", "dy")
     parts.append(_table(header, rows, f"{caption}; lengths in voxel widths"))
     return "\n".join(parts)
 
 
-def fittest(result: Result) -> list[int]:
-    """Return the places of a batch's designs, the fittest first, those that diverged last."""
-    worth = np.where(result.diverged, -1.0, result.fitness)
-    order: list[int] = np.argsort(-worth, kind="stable").tolist()
-    return order
-
-
-def _built(designs: Sequence[Design], names: str) -> str:
-    picture = beside([rest_pose(design.array) for design in designs], panel=PANEL)
+def _built(designs: Sequence[Design]) -> str:
+    picture = beside([data.rest_pose(design.array) for design in designs], panel=PANEL)
+    names = "; ".join(data.name_of(design) for design in designs)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 
 
 def _player(result: Result, shown: list[int]) -> str:
     # One clock runs for all that are shown: that of the fittest.
-    shown = [i for i in shown if clock_of(result, i) == clock_of(result, shown[0])]
-    size = bytes_per_frame(result.design(i) for i in shown)
+    shown = [i for i in shown if data.clock_of(result, i) == data.clock_of(result, shown[0])]
+    size = data.bytes_per_frame(result.design(i) for i in shown)
     most = max(2, min(MOST_FRAMES, MOST_BYTES // size))
     picture = still(result, *shown, panel=PANEL)
     assert result.frames is not None
     stride = math.ceil(len(result.frames.step) / most)
-    content = page(recording(result, *shown, stride=stride), picture)
+    content = page(data.recording(result, *shown, stride=stride), picture)
     return (
         '<iframe sandbox="allow-scripts" style="border: 0; width: 100%; height: 420px" '
         f'title="replay" srcdoc="{html.escape(content)}"></iframe>'
@@ -95,9 +98,3 @@ def _facts(design: Design) -> list[object]:
     is_connected = "yes" if design.is_connected else "no"
     digits = design.digits[:64]
     return [number, design.lattice, digits, design.n_voxels, design.n_active, is_connected]
-
-
-def _outcome(result: Result, i: int) -> list[object]:
-    travel = [result.fitness[i], *result.displacement[i, :2]]
-    numbers = ["diverged", "", ""] if result.diverged[i] else [f"{value:.3f}" for value in travel]
-    return [i, *_facts(result.design(i)), *numbers]
