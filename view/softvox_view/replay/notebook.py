@@ -10,18 +10,7 @@ import numpy as np
 
 from softvox_gym.design import Design
 from softvox_gym.simulation import Result
-<<<<<<< HEAD
-from softvox_view.replay.data import (
-    bytes_per_frame,
-    clock_of,
-    labels,
-    name_of,
-    recording,
-    rest_pose,
-)
-=======
 from softvox_view.replay import data
->>>>>>> sqfigures
 from softvox_view.replay.page import page
 from softvox_view.replay.still import beside, data_url, still
 
