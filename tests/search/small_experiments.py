@@ -1,7 +1,7 @@
 """Small experiments, one's own searchers in a module beside them, and how they are run here."""
 
 from softvox_search.experiment import compare as comparing
-from softvox_search.experiment.compare import Plan, compare
+from softvox_search.experiment.compare import compare
 from softvox_search.experiment.environments import Environments
 from softvox_search.experiment.pool import done
 from softvox_search.experiment.schema import read
@@ -88,7 +88,7 @@ def climb(evaluate, space, rng, *, width=1):
             best, value = new, told
 """
 
-PLAN = Plan(command="softvox compare exp.toml", report=False)
+COMMAND = "softvox compare exp.toml"
 
 
 def experiment_of(folder, text):
@@ -114,13 +114,20 @@ class Here:
         return [(run.searcher.label, run.problem.physics, run.seed) for run in self.runs]
 
 
-def run_here(experiment, folder, plan=PLAN):
+def run_here(experiment, folder, **options):
     """Run an experiment in this process: the outcome, what was said, and which runs were done."""
     said, here = [], Here()
     folder.mkdir(exist_ok=True)
     before, comparing.do_all = comparing.do_all, here
     try:
-        outcome = compare(experiment, folder, plan, progress=lambda *_: None, say=said.append)
+        outcome = compare(
+            experiment,
+            folder,
+            command=COMMAND,
+            progress=lambda *_: None,
+            say=said.append,
+            **options,
+        )
     finally:
         comparing.do_all = before
     return outcome, said, here

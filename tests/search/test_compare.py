@@ -1,5 +1,4 @@
 import csv
-import dataclasses
 import json
 import os
 import re
@@ -10,27 +9,24 @@ import sys
 import numpy as np
 import pytest
 from cli_process import softvox
-from small_experiments import NOISY, OWN, PLAN, SMALL, experiment_of, results, run_here
+from small_experiments import COMMAND, NOISY, OWN, SMALL, experiment_of, results, run_here
 
 import softvox_gym
 from softvox_gym.cli import main
+from softvox_gym.files import OutputError
 from softvox_search.cli.compare import summary
 from softvox_search.experiment import compare as comparing
 from softvox_search.experiment.environments import Environments
-from softvox_search.experiment.export import ioh
-from softvox_search.experiment.leaderboard import leaderboard
 from softvox_search.experiment.results import read, read_manifest
 from softvox_search.experiment.run import do, identity, made_with
 from softvox_search.experiment.schema import UsageError
+from softvox_search.export import ioh
+from softvox_search.leaderboard import leaderboard
 
 
 def rows(path):
     with path.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
-
-
-def plan(**changes):
-    return dataclasses.replace(PLAN, **changes)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +86,7 @@ def test_the_manifest_says_what_was_run_from_what(noisy):
     manifest = json.loads((folder / "manifest.json").read_text())
     assert manifest["experiment"] == experiment.to_dict()
     assert {"deap", "numpy", "optuna", "ribs"} <= manifest["made_with"]["versions"].keys()
-    assert (manifest["runs"], manifest["failed"], manifest["command"]) == (8, [], PLAN.command)
+    assert (manifest["runs"], manifest["failed"], manifest["command"]) == (8, [], COMMAND)
     for name in ("version", "commit", "cpu", "instruction_set", "started", "python"):
         assert name in manifest
 
@@ -99,7 +95,12 @@ def test_repeated_by_two_processes_all_files_are_the_same_bits(small, tmp_path):
     experiment, folder = small
     (tmp_path / "out").mkdir()
     comparing.compare(
-        experiment, tmp_path / "out", plan(workers=2), progress=lambda *_: None, say=print
+        experiment,
+        tmp_path / "out",
+        command=COMMAND,
+        workers=2,
+        progress=lambda *_: None,
+        say=print,
     )
     assert results(tmp_path / "out") == results(folder)
 
@@ -186,12 +187,12 @@ def test_changed_source_is_noted_and_a_changed_result_is_an_error(
     assert "with --force" in message
     assert results(out) == before
     with pytest.raises(UsageError, match="can't be repeated"):
-        run_here(small[0], out, plan(check=True))
+        run_here(small[0], out, check=True)
 
 
 def test_a_check_does_finished_runs_again_and_nothing_else(small, out):
     before = results(out)
-    outcome, _, here = run_here(small[0], out, plan(check=True))
+    outcome, _, here = run_here(small[0], out, check=True)
     assert (outcome.repeated, len(here.runs)) == (5, 5)
     assert results(out) == before
 
@@ -239,10 +240,10 @@ def test_a_budget_in_seconds_is_left_out_of_what_is_done_again(tmp_path):
     more += "budget = { evaluations = 20 }\n"
     outcome, _, here = run_here(experiment_of(tmp_path, more), tmp_path / "out")
     assert (outcome.repeated, outcome.unrepeatable, len(here.runs)) == (0, 3, 5)
-    outcome, _, _ = run_here(experiment_of(tmp_path, more), tmp_path / "out", plan(check=True))
+    outcome, _, _ = run_here(experiment_of(tmp_path, more), tmp_path / "out", check=True)
     assert outcome.unrepeatable == 8
     assert "8 can't be repeated, as their budget is in CPU seconds" in summary(
-        "exp", tmp_path, plan(check=True), outcome
+        "exp", tmp_path, outcome, check=True
     )
 
 
@@ -278,7 +279,7 @@ def test_a_folder_of_which_no_run_is_of_use_is_refused_and_left_alone(
 def test_forced_it_throws_the_earlier_results_away(small, noisy, tmp_path):
     out = shutil.copytree(noisy[1], tmp_path / "out")
     (out / "notes.txt").write_text("mine")
-    outcome, _, _ = run_here(small[0], out, plan(force=True))
+    outcome, _, _ = run_here(small[0], out, force=True)
     assert outcome.before == 0
     assert results(out) == {**results(small[1]), "notes.txt": b"mine"}
 
@@ -356,7 +357,7 @@ BAD = {
     "compare exp.toml --workers 0": "--workers",
     "compare exp.toml --part 3/2": "argument --part: must be K/N with K from 1 to N",
     "compare exp.toml --out file": "--out file is not a folder",
-    "compare exp.toml --out file/no/such": "--out file is not a folder; choose another",
+    "compare exp.toml --out file/no/such": "--out file/no",
     "compare exp.toml --no-report --out folder": "folder is not empty; choose another",
     "compare exp.toml --out empty --report-only": "empty: results are not there; softvox compare",
     "compare bad.toml": "bad.toml: [[searchers]] rnd: there is no searcher 'rnd'",
@@ -438,15 +439,15 @@ def test_what_cannot_be_written_names_the_folder_and_the_next_start_goes_on(
 ):
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "out"
-    write, count = comparing.results.write_run, iter(range(10))
+    write, count = comparing.write_file, iter(range(10))
 
-    def full(*args):
+    def full(*args, **options):
         if next(count) == 3:
-            raise OSError(28, "No space left on device")
-        write(*args)
+            raise OutputError("No space left on device")
+        write(*args, **options)
 
-    monkeypatch.setattr(comparing.results, "write_run", full)
-    with pytest.raises(OSError, match="No space"):
+    monkeypatch.setattr(comparing, "write_file", full)
+    with pytest.raises(OutputError, match="No space"):
         run_here(small[0], out)
     outcome, _, here = run_here(small[0], out)
     assert (outcome.before, len(here.runs) - outcome.repeated) == (3, 4)

@@ -11,9 +11,9 @@ from cli_process import softvox
 from small_experiments import experiment_of, run_here
 
 import softvox_gym
-from softvox_search.experiment.export import ioh
-from softvox_search.experiment.leaderboard import as_text, leaderboard
 from softvox_search.experiment.results import read
+from softvox_search.export import ioh
+from softvox_search.leaderboard import as_text, leaderboard
 
 FITNESS = softvox_gym.landscape()["fitness"]
 

@@ -7,7 +7,7 @@ import pytest
 from cli_process import COMMAND, softvox
 from small_experiments import SMALL, experiment_of, results, run_here
 
-from softvox_search.experiment.compare import Plan, merge, part_of
+from softvox_search.experiment.compare import merge, part_of
 from softvox_search.experiment.results import read, read_manifest
 from softvox_search.experiment.schema import UsageError
 
@@ -18,15 +18,14 @@ def parts(folder, text=SMALL, n=2):
     folder.mkdir(exist_ok=True)
     experiment = experiment_of(folder, text)
     for k in range(1, n + 1):
-        plan = Plan(command="softvox compare exp.toml", part=(k, n), report=False)
-        run_here(experiment, folder / f"part{k}", plan)
+        run_here(experiment, folder / f"part{k}", part=(k, n))
     return [folder / f"part{k}" for k in range(1, n + 1)]
 
 
 def merged(folders, out):
     said = []
     out.mkdir(exist_ok=True)
-    outcome = merge(folders, out, Plan(report=False), say=said.append)
+    outcome = merge(folders, out, say=said.append)
     return outcome, said
 
 

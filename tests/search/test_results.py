@@ -5,7 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
-from small_experiments import NOISY, PLAN, SMALL, experiment_of, results, run_here
+from small_experiments import COMMAND, NOISY, SMALL, experiment_of, results, run_here
 
 from softvox_search.experiment import results as folders
 from softvox_search.experiment.results import ResultsError, decode, encode, locked, read
@@ -72,7 +72,7 @@ def test_a_damaged_run_is_set_aside_named_and_done_again_and_no_other(damage, sm
     with pytest.raises(ResultsError) as caught:
         read(out).evaluations(run)
     assert str(caught.value).startswith(f"{victim}: ")
-    assert str(caught.value).endswith(f"; {PLAN.command} makes it again")
+    assert str(caught.value).endswith(f"; {COMMAND} makes it again")
 
     outcome, said, here = run_here(small[0], out)
     assert (outcome.before, len(here.runs) - outcome.repeated) == (6, 1)
@@ -87,7 +87,7 @@ def test_a_damaged_run_is_set_aside_named_and_done_again_and_no_other(damage, sm
 
 def test_the_reader_gives_numbers_texts_budgets_and_problems(small, tmp_path):
     found = read(small[1])
-    assert (found.title, found.command) == ("exp", PLAN.command)
+    assert (found.title, found.command) == ("exp", COMMAND)
     assert found.runs["searcher"].tolist() == ["exhaustive"] + ["random"] * 3 + ["with"] * 3
     assert set(found.runs["physics"]) == {"published"}
     assert set(found.runs["shape"]) == {"2x2x2"}

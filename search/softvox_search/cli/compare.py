@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
@@ -23,28 +23,25 @@ from softvox_gym.progress import Progress
 from softvox_search.cli.own_code import look_in, prints_aside
 
 if TYPE_CHECKING:
-    from softvox_search.experiment.compare import Outcome, Plan
-    from softvox_search.experiment.schema import Experiment
+    from softvox_search.experiment.compare import Outcome, Part
 
 RESULTS = Path("results")
+
+#: Say a warning of one line.
+warn = partial(complain, "warning")
 
 #: As many failed runs are named; all are in failed.csv.
 MOST_NAMED = 5
 
 DESCRIPTION = """\
 Run an experiment, a comparison of searchers, and write into a folder,
-results/NAME for NAME.toml unless --out says otherwise,
-  runs/          a file per run: every evaluation, with a digest of all bytes
-  runs.csv       a summary of each run
-  report.md      the report, with the folders tables and figures
-  manifest.json  the experiment, versions, commit, machine, times
-  failed.csv     runs that raised an error, if any
+results/NAME for NAME.toml unless --out says otherwise: a file per run (runs/),
+a summary of each (runs.csv), and the report (report.md).
 
 Only runs that are missing there are done: killed at any moment, the same
 command goes on where it was, and searchers, seeds or physics added to
 FILE.toml are added to the results. Before that up to five finished runs are
-done again, and must give the same bits. All but manifest.json is the same
-bytes on every repetition. A run that raises an error is named and left out,
+done again, and must give the same bits. A run that raises an error is named,
 the others go on, and the exit status is 1; the same command tries it again.
 
 Searchers and wrappers of your own, package.module:Class, are looked for among
@@ -151,56 +148,52 @@ def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
     look_in(Path.cwd(), args.file.parent)
     with needs("compare"):
+        from softvox_search.experiment.compare import compare
         from softvox_search.experiment.environments import check
         from softvox_search.experiment.schema import read
-
-        experiment = read(args.file)
-        folder: Path = args.out or RESULTS / args.file.stem
-        if args.report_only:
-            return _report_only(folder)
-        with prints_aside():
-            check(experiment, str(args.file))
-    if not (args.no_report or args.check or args.part):
+    experiment = read(args.file)
+    folder: Path = args.out or RESULTS / args.file.stem
+    has_report = not (args.no_report or args.check or args.part)
+    if has_report:
         check_report()
+    if args.report_only:
+        with writing(folder):
+            print(f"wrote into {folder}: {', '.join(report(folder))}")
+        return 0
+    with prints_aside():
+        check(experiment, str(args.file))
     make_folder(folder)
-    return _compare(args, experiment, folder)
-
-
-def _compare(args: Namespace, experiment: Experiment, folder: Path) -> int:
-    from softvox_search.experiment.compare import Plan, compare
-
-    plan = Plan(
-        command=_command(args.file),
-        workers=args.workers or default_threads(),
-        part=args.part,
-        force=args.force,
-        check=args.check,
-        report=not args.no_report,
-    )
-    try:
-        with (
-            writing(folder),
-            prints_aside(),
-            Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress,
-        ):
-            outcome = compare(experiment, folder, plan, progress=progress, say=warn)
-    except Stopped as stop:
-        stop.add_note(KEPT)
-        raise
-    print(summary(experiment.title, folder, plan, outcome))
+    options = {"part": args.part, "check": args.check}
+    with writing(folder):
+        with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress:
+            outcome = compare(
+                experiment,
+                folder,
+                command=_command(args.file),
+                workers=args.workers or default_threads(),
+                force=args.force,
+                progress=progress,
+                say=warn,
+                **options,
+            )
+        if has_report and outcome.is_whole:
+            outcome.files += report(folder)
+    print(summary(experiment.title, folder, outcome, **options))
     for failed, failure in outcome.failed[:MOST_NAMED]:
         complain("failed", f"run {failure.run[:16]} ({failed}): {failure.error}")
     return 1 if outcome.failed else 0
 
 
-def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
+def summary(
+    title: str, folder: Path, outcome: Outcome, *, part: Part | None = None, check: bool = False
+) -> str:
     """Return what was done, in a few lines."""
     again = f"{outcome.repeated} finished runs done again gave the same bits"
     if outcome.unrepeatable:
         again += f"; {outcome.unrepeatable} can't be repeated, as their budget is in CPU seconds"
-    if plan.check:
+    if check:
         return f"{title}: {again}, in {folder}"
-    of_part = " of part {}/{}".format(*plan.part) if plan.part else ""
+    of_part = " of part {}/{}".format(*part) if part else ""
     if outcome.before == outcome.total:
         lines = [f"{title}: all {outcome.total} runs{of_part} were done already, in {folder}"]
     else:
@@ -217,15 +210,11 @@ def summary(title: str, folder: Path, plan: Plan, outcome: Outcome) -> str:
         lines.append(
             f"{len(outcome.failed)} failed, see {folder / table}; the same command tries them again"
         )
-    if plan.part:
+    if part:
         lines.append("no report on a part; softvox merge puts parts together and makes it")
-    shown = [name for name in outcome.files if "/" not in name]
-    return "\n".join([*lines, *([f"wrote into {folder}: {', '.join(shown)}"] if shown else [])])
-
-
-def warn(message: str) -> None:
-    """Say a warning of one line."""
-    complain("warning", message)
+    if outcome.files:
+        lines.append(f"wrote into {folder}: {', '.join(outcome.files)}")
+    return "\n".join(lines)
 
 
 @contextmanager
@@ -248,11 +237,24 @@ def check_report() -> None:
         ) from error
 
 
+def report(folder: Path) -> list[str]:
+    """Write the report on the results in a folder; return the names of what is to be read."""
+    from softvox_search import report
+    from softvox_search.experiment.results import read
+
+    with prints_aside():
+        report.write(folder, read(folder))
+    return ["report.md"]
+
+
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Say of what can't be written where that is, and that nothing done is lost."""
+    """Say of what can't be written where that is, and of any end that nothing done is lost."""
     try:
         yield
+    except Stopped as stop:
+        stop.add_note(KEPT)
+        raise
     except OutputError as error:
         raise BadInputError(f"{error}; {KEPT}") from error
     except OSError as error:
@@ -263,22 +265,9 @@ def writing(folder: Path) -> Iterator[None]:
 def make_folder(folder: Path) -> None:
     """Make the folder of results, and its parents, where they don't exist."""
     with bad_input("--out"):
-        for parent in folder.parents:
-            if os.path.lexists(parent) and not parent.is_dir():
-                raise OutputError(f"{parent} is not a folder; choose another")
         folder.parent.mkdir(parents=True, exist_ok=True)
         check_folder(folder, (), force=True)
         folder.mkdir(exist_ok=True)
-
-
-def _report_only(folder: Path) -> int:
-    from softvox_search.experiment.compare import write_report
-
-    check_report()
-    with writing(folder), prints_aside():
-        written = write_report(folder)
-    print(f"wrote into {folder}: {', '.join(name for name in written if '/' not in name)}")
-    return 0
 
 
 def _command(file: Path) -> str:

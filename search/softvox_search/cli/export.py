@@ -8,7 +8,7 @@ from typing import Any
 
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder
-from softvox_search.cli.compare import make_folder, needs, writing
+from softvox_search.cli.compare import make_folder, needs
 
 DESCRIPTION = """\
 Write the results of softvox compare in the format of IOHprofiler, which
@@ -37,14 +37,13 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Read the results and write them."""
     with needs("export"):
-        from softvox_search.experiment.export import ioh
         from softvox_search.experiment.results import read
+        from softvox_search.export import ioh
 
         results = read(args.results)
     make_folder(args.out)
     with bad_input("--out"):
         check_folder(args.out, (), force=args.force)
-    with writing(args.out):
         files = ioh(results, args.out)
     print(f"wrote into {args.out}: {len(files)} files of {len(results.runs)} runs")
     return 0

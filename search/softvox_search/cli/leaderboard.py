@@ -38,8 +38,8 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Read the folders and print the table."""
     with needs("leaderboard"):
-        from softvox_search.experiment.leaderboard import as_json, as_text, leaderboard
         from softvox_search.experiment.results import read
+        from softvox_search.leaderboard import as_json, as_text, leaderboard
 
         table, notes = leaderboard([read(folder) for folder in args.results])
     for note in notes:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.terminal import complain
-from softvox_search.cli.compare import check_report, make_folder, needs, warn, writing
+from softvox_search.cli.compare import check_report, make_folder, needs, report, warn, writing
 from softvox_search.cli.own_code import look_in
 
 DESCRIPTION = """\
@@ -39,13 +39,14 @@ def run(args: Namespace) -> int:
     """Copy the runs and sum them up; 1 where some are missing."""
     look_in(Path.cwd())
     with needs("merge"):
-        from softvox_search.experiment.compare import Plan, merge
+        from softvox_search.experiment.compare import merge
     if not args.no_report:
         check_report()
     make_folder(args.out)
-    plan = Plan(workers=1, force=args.force, report=not args.no_report)
     with writing(args.out):
-        outcome = merge(args.folders, args.out, plan, say=warn)
+        outcome = merge(args.folders, args.out, force=args.force, say=warn)
+        if outcome.is_whole and not args.no_report:
+            outcome.files += report(args.out)
     print(f"{outcome.total - outcome.missing} of {outcome.total} runs are in {args.out}")
     if outcome.missing:
         complain(
@@ -53,6 +54,5 @@ def run(args: Namespace) -> int:
             f"{outcome.missing} runs are missing; {outcome.command} --out {args.out} does them",
         )
         return 1
-    shown = ", ".join(name for name in outcome.files if "/" not in name)
-    print(f"wrote into {args.out}: {shown}")
+    print(f"wrote into {args.out}: {', '.join(outcome.files)}")
     return 0

@@ -25,85 +25,52 @@ from softvox_search.experiment.schema import Experiment, Run, UsageError, of_dic
 #: As many finished runs are done again, at most, before new ones are added.
 SAMPLE = 5
 
+#: (3, 16) is the third of sixteen parts of the runs.
+Part = tuple[int, int]
 
-@dataclass(frozen=True, kw_only=True)
-class Plan:
-    """How to run an experiment.
+Summaries = dict[str, dict[str, Any]]
+
+
+@dataclass(kw_only=True)
+class Outcome:
+    """What became of an experiment; only of the part where only that is done."""
+
+    total: int  #: Runs.
+    before: int  #: Those that were done already.
+    repeated: int = 0  #: Finished runs that were done again, to the same bits.
+    unrepeatable: int = 0  #: Finished runs that can't be, as their budget is in CPU seconds.
+    failed: list[tuple[Run, Failed]] = field(default_factory=list)
+    missing: int = 0  #: Runs that are not there, failed ones included.
+    is_whole: bool = False  #: Whether all are done or failed, so that there can be a report.
+    seconds: float = 0.0  #: s, of the runs now.
+    files: list[str] = field(default_factory=list)  #: Written, relative to the folder, but runs.
+    command: str  #: What makes the results again.
+
+
+def compare(
+    experiment: Experiment,
+    folder: Path,
+    *,
+    command: str,
+    workers: int = 1,
+    part: Part | None = None,
+    force: bool = False,
+    check: bool = False,
+    progress: Callable[[int, int], None],
+    say: Say,
+) -> Outcome:
+    """Do the runs of an experiment that a folder lacks, then write what sums them up.
+
+    The folder must exist; the command is what makes the results again, for report and manifest.
 
     Parameters
     ----------
-    command : str
-        What makes the results again, for report and manifest; parts that are merged know it.
-    workers : int
-        Processes.
     part : (int, int), optional
-        (3, 16) is the third of sixteen parts of the runs.
+        Do only one of so many parts of the runs.
     force : bool
         Whether results in the folder are thrown away.
     check : bool
         Whether to do a sample of the finished runs again, and nothing else.
-    report : bool
-        Whether to write one.
-    """
-
-    command: str = ""
-    workers: int = 1
-    part: tuple[int, int] | None = None
-    force: bool = False
-    check: bool = False
-    report: bool = True
-
-
-@dataclass
-class Outcome:
-    """What became of an experiment.
-
-    Parameters
-    ----------
-    total : int
-        Runs, of the part where only that is done.
-    before : int
-        Those that were done already.
-    repeated : int
-        Finished runs that were done again, to the same bits.
-    unrepeatable : int
-        Finished runs that can't be, as their budget is in CPU seconds.
-    failed : list of (Run, Failed)
-    missing : int
-        Runs that are not there, failed ones included.
-    seconds : float
-        s, of the runs now.
-    files : list of str
-        Written, relative to the folder.
-    command : str
-        What makes the results again.
-    """
-
-    total: int
-    before: int = 0
-    repeated: int = 0
-    unrepeatable: int = 0
-    failed: list[tuple[Run, Failed]] = field(default_factory=list)
-    missing: int = 0
-    seconds: float = 0.0
-    files: list[str] = field(default_factory=list)
-    command: str = ""
-
-
-Progress = Callable[[int, int], None]
-
-
-def compare(
-    experiment: Experiment, folder: Path, plan: Plan, *, progress: Progress, say: Say
-) -> Outcome:
-    """Do the runs of an experiment that a folder lacks, then write what sums them up.
-
-    Parameters
-    ----------
-    experiment : Experiment
-    folder : Path
-        An existing folder.
-    plan : Plan
     progress : callable (done, total)
         Called for every run that is done now.
     say : callable (message)
@@ -117,46 +84,42 @@ def compare(
     OutputError, OSError
         Where something can't be written.
     """
-    manifest = Manifest(
+    now = Manifest(
         experiment=experiment.to_dict(),
-        command=plan.command,
+        command=command,
         made_with=made_with(),
         code=code_digest(experiment),
         failed=[],
         files={},
     )
-    runs = {identity(run, manifest.made_with): run for run in experiment.runs()}
-    with _open(folder, manifest, runs, plan, say) as before:
-        wanted = part_of(list(runs), plan.part)
-        summaries = results.finished(folder, wanted, say)
-        outcome = Outcome(total=len(wanted), before=len(summaries))
-        left = [run for run in runs if run in wanted and run not in summaries]
-        if left or plan.check:
-            _repeat(folder, runs, summaries, plan, outcome)
-        if plan.check:
+    runs = {identity(run, now.made_with): run for run in experiment.runs()}
+    wanted = part_of(list(runs), part)
+    with _open(folder, now, runs, force=force, shared=part is not None, say=say) as before:
+        done = results.finished(folder, wanted, say)
+        left = {run: runs[run] for run in runs if run in wanted and run not in done}
+        outcome = Outcome(total=len(wanted), before=len(done), command=command)
+        if left or check:
+            _repeat(folder, {run: runs[run] for run in sorted(done)}, done, workers, outcome)
+        if check:
             return outcome
-        _do(folder, {run: runs[run] for run in left}, summaries, outcome, plan, progress)
+        _do(folder, left, done, workers, outcome, progress)
         if before is not None:
-            _take_over(manifest, before, outcome)
-            if not left and _is_same(folder, before, manifest, plan):
-                outcome.files = write_report(folder) if plan.report and not plan.part else []
+            now.notes = [*before.notes]
+            if before.code != now.code and outcome.before:
+                now.notes.append(
+                    f"the source changed, from {before.code[:12]} to {now.code[:12]}; "
+                    f"{outcome.repeated} of {outcome.before} finished runs were done again, to the "
+                    "same bits"
+                )
+            if not left and _is_summed_up(folder, before, now, part):
+                outcome.is_whole = part is None
                 return outcome
-        return _sum_up(folder, manifest, runs, summaries, outcome, plan)
+        _sum_up(folder, now, runs, done, outcome, workers=workers, part=part)
+        return outcome
 
 
-def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcome:
-    """Put the parts of an experiment together.
-
-    Parameters
-    ----------
-    folders : sequence of Path
-        That `compare` has written into, each a part or more.
-    out : Path
-        An existing folder.
-    plan : Plan
-        Only what it says of force and report counts.
-    say : callable (message)
-        Called with warnings.
+def merge(folders: Sequence[Path], out: Path, *, force: bool = False, say: Say) -> Outcome:
+    """Put the parts of an experiment together, each in one of some folders, into an existing one.
 
     Raises
     ------
@@ -172,12 +135,12 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
             raise UsageError(f"{folder} and {folders[0]} hold different experiments: {what}")
     experiment = of_dict(first.experiment, str(folders[0] / results.MANIFEST))
     runs = {identity(run, first.made_with): run for run in experiment.runs()}
-    with _open(out, first, runs, plan, say):
-        summaries = results.finished(out, runs, say)
-        outcome = Outcome(total=len(runs), before=len(summaries))
+    with _open(out, first, runs, force=force, shared=False, say=say):
+        done = results.finished(out, runs, say)
+        outcome = Outcome(total=len(runs), before=len(done), command=first.command)
         for folder in folders:
             for run, summary in results.finished(folder, runs, say).items():
-                known = summaries.setdefault(run, summary)
+                known = done.setdefault(run, summary)
                 if known["digest"] != summary["digest"] and runs[run].is_repeatable:
                     raise UsageError(
                         f"run {run[:16]} ({runs[run]}) has another result in {folder} than in the "
@@ -185,33 +148,19 @@ def merge(folders: Sequence[Path], out: Path, plan: Plan, *, say: Say) -> Outcom
                     )
                 if known is summary:
                     content = results.run_path(folder, run).read_bytes()
-                    results.write_run(out, run, content)
+                    write_file(results.run_path(out, run), content, force=True)
         notes = list(dict.fromkeys(note for one in manifests for note in one.notes))
         merged = msgspec.structs.replace(first, failed=[], files={}, notes=notes)
-        return _sum_up(out, merged, runs, summaries, outcome, plan)
+        _sum_up(out, merged, runs, done, outcome)
+        return outcome
 
 
-def part_of(identities: Sequence[str], part: tuple[int, int] | None) -> set[str]:
+def part_of(identities: Sequence[str], part: Part | None) -> set[str]:
     """Return the runs of a part: in the order of their identities, one in so many."""
     if part is None:
         return set(identities)
     number, parts = part
     return set(sorted(identities)[number - 1 :: parts])
-
-
-def write_report(folder: Path) -> list[str]:
-    """Write the report on the results in a folder; return what was written.
-
-    Raises
-    ------
-    ResultsError
-        Where they are not all there.
-    OutputError, OSError
-        Where it can't be written.
-    """
-    from softvox_search import report
-
-    return report.write(folder, results.read(folder))
 
 
 def difference(before: Manifest, now: Manifest) -> str | None:
@@ -244,7 +193,7 @@ def _manifest_of(folder: Path) -> Manifest:
 
 @contextmanager
 def _open(
-    folder: Path, manifest: Manifest, runs: dict[str, Run], plan: Plan, say: Say
+    folder: Path, now: Manifest, runs: dict[str, Run], *, force: bool, shared: bool, say: Say
 ) -> Iterator[Manifest | None]:
     """Lock a folder for runs, and return the manifest that is there.
 
@@ -253,78 +202,54 @@ def _open(
     UsageError
         Where there are files that are no results, or runs none of which is wanted.
     """
-    with results.locked(folder, say, shared=plan.part is not None):
-        if plan.force:
+    with results.locked(folder, say, shared=shared):
+        if force:
             results.clear(folder)
         before = results.read_manifest(folder)
         there = {path.stem for path in (folder / results.FOLDER).glob("*.parquet")}
-        if not plan.force and there.isdisjoint(run[:16] for run in runs):
-            _check_free(folder, manifest, before, is_empty=not there)
+        if not force and there.isdisjoint(run[:16] for run in runs):
+            others = {path.name for path in folder.iterdir()} - {results.FOLDER}
+            if before is None and (there or others):
+                raise UsageError(
+                    f"{folder} is not empty; choose another with --out, or write into it with "
+                    "--force"
+                )
+            what = difference(before, now) if before and (before.files or there) else None
+            if what is not None:
+                raise UsageError(
+                    f"{folder} holds results made otherwise, none of which is of use here: {what}; "
+                    "choose another with --out, or throw those away with --force"
+                )
         (folder / results.FOLDER).mkdir(exist_ok=True)
         yield before
 
 
-def _check_free(
-    folder: Path, manifest: Manifest, before: Manifest | None, *, is_empty: bool
-) -> None:
-    """Refuse a folder that holds anything else."""
-    if before is None:
-        if not is_empty or any(path.name != results.FOLDER for path in folder.iterdir()):
-            raise UsageError(
-                f"{folder} is not empty; choose another with --out, or write into it with --force"
-            )
-        return
-    what = difference(before, manifest)
-    if what is not None and (before.files or not is_empty):
-        raise UsageError(
-            f"{folder} holds results made otherwise, none of which is of use here: {what}; choose "
-            "another with --out, or throw those away with --force"
-        )
-
-
-def _take_over(manifest: Manifest, before: Manifest, outcome: Outcome) -> None:
-    """Keep the notes of an earlier manifest, and note that the source has changed since."""
-    manifest.notes = [*before.notes]
-    if before.code != manifest.code and outcome.before:
-        manifest.notes.append(
-            f"the source changed, from {before.code[:12]} to {manifest.code[:12]}; "
-            f"{outcome.repeated} of {outcome.before} finished runs were done again, to the same "
-            "bits"
-        )
-
-
-def _is_same(folder: Path, before: Manifest, manifest: Manifest, plan: Plan) -> bool:
-    """Return whether there is nothing to write but the report."""
+def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | None) -> bool:
+    """Return whether a folder without missing runs has all that is written about them."""
     return (
         not before.failed
-        and before.experiment == manifest.experiment
-        and before.command == manifest.command
-        and bool(plan.part or before.files)
-        and all(results.file_digest(folder / n) == d for n, d in before.files.items())
+        and before.experiment == now.experiment
+        and before.command == now.command
+        and bool(part or before.files)
+        and all(results.file_digest(folder / name) == d for name, d in before.files.items())
     )
 
 
 def _repeat(
-    folder: Path,
-    runs: dict[str, Run],
-    summaries: dict[str, dict[str, Any]],
-    plan: Plan,
-    outcome: Outcome,
+    folder: Path, runs: dict[str, Run], done: Summaries, workers: int, outcome: Outcome
 ) -> None:
     """Do a sample of the finished runs again, of as many searchers as can be, and compare the bits.
 
     Runs whose budget is in seconds are left out: they differ by nature.
     """
-    by_searcher: dict[str, str] = {}
-    repeatable = [run for run in sorted(summaries) if runs[run].is_repeatable]
-    outcome.unrepeatable = len(summaries) - len(repeatable)
-    for run in repeatable:
-        by_searcher.setdefault(runs[run].searcher.label, run)
-    chosen = [*by_searcher.values(), *repeatable]
-    sample = [(run, runs[run]) for run in list(dict.fromkeys(chosen))[:SAMPLE]]
-    with closing(do_all(sample, workers=plan.workers)) as outcomes:
+    repeatable = {run: one for run, one in runs.items() if one.is_repeatable}
+    outcome.unrepeatable = len(runs) - len(repeatable)
+    firsts = {one.searcher.label: run for run, one in reversed(repeatable.items())}
+    chosen = dict.fromkeys([*sorted(firsts.values()), *repeatable])
+    sample = [(run, runs[run]) for run in list(chosen)[:SAMPLE]]
+    with closing(do_all(sample, workers=workers)) as outcomes:
         for one in outcomes:
-            if isinstance(one, Done) and one.summary["digest"] == summaries[one.run]["digest"]:
+            if isinstance(one, Done) and one.summary["digest"] == done[one.run]["digest"]:
                 continue
             why = one.error if isinstance(one, Failed) else "now gives another result"
             raise UsageError(
@@ -338,24 +263,24 @@ def _repeat(
 def _do(
     folder: Path,
     left: dict[str, Run],
-    summaries: dict[str, dict[str, Any]],
+    done: Summaries,
+    workers: int,
     outcome: Outcome,
-    plan: Plan,
-    progress: Progress,
+    progress: Callable[[int, int], None],
 ) -> None:
     """Do runs, and write each as it is finished."""
     started = time.perf_counter()
     progress(0, len(left))
-    with closing(do_all(list(left.items()), workers=plan.workers)) as outcomes:
+    failed = {}
+    with closing(do_all(list(left.items()), workers=workers)) as outcomes:
         for count, one in enumerate(outcomes, start=1):
             if isinstance(one, Done):
-                results.write_run(folder, one.run, one.content)
-                summaries[one.run] = one.summary
+                write_file(results.run_path(folder, one.run), one.content, force=True)
+                done[one.run] = one.summary
             else:
-                outcome.failed.append((left[one.run], one))
+                failed[one.run] = one
             progress(count, len(left))
-    order = {run: number for number, run in enumerate(left)}
-    outcome.failed.sort(key=lambda pair: order[pair[1].run])
+    outcome.failed = [(left[run], failed[run]) for run in left if run in failed]
     outcome.seconds = time.perf_counter() - started
 
 
@@ -363,41 +288,40 @@ def _sum_up(
     folder: Path,
     manifest: Manifest,
     runs: dict[str, Run],
-    summaries: dict[str, dict[str, Any]],
+    done: Summaries,
     outcome: Outcome,
-    plan: Plan,
-) -> Outcome:
-    """Write everything but the runs; the manifest last."""
-    outcome.command = manifest.command
+    *,
+    workers: int = 1,
+    part: Part | None = None,
+) -> None:
+    """Write everything but the runs and the report; the manifest last."""
     manifest.failed = [failure.run for _, failure in outcome.failed]
-    outcome.missing = len(part_of(list(runs), plan.part)) - len(summaries)
-    is_whole = plan.part is None and outcome.missing == len(outcome.failed)
-    if is_whole:
-        rows = {run: summaries.get(run, {**runs[run].names(), "status": "failed"}) for run in runs}
+    outcome.missing = outcome.total - len(done)
+    outcome.is_whole = part is None and outcome.missing == len(outcome.failed)
+    if outcome.is_whole:
+        rows = [
+            {"run": name, **run.names(), "status": "failed", **done.get(name, {})}
+            for name, run in runs.items()
+        ]
         manifest.files = {results.RUNS: results.write_runs(folder, rows)}
-    name = results.FAILED if plan.part is None else "failed-{}-of-{}.csv".format(*plan.part)
-    _write_failed(folder / name, outcome)
+    failed = results.FAILED if part is None else "failed-{}-of-{}.csv".format(*part)
+    (folder / failed).unlink(missing_ok=True)
+    rows = [
+        {"run": one.run, **run.names(), "error": one.error, "trace": one.trace}
+        for run, one in outcome.failed
+    ]
+    if rows:
+        results.write_csv(folder / failed, list(rows[0]), rows)
     data = {
         **provenance(threads=1),
-        "workers": plan.workers,
+        "workers": workers,
         "runs": len(runs),
         "seconds": outcome.seconds,
         **msgspec.structs.asdict(manifest),
     }
     text = json.dumps(data, indent=2, allow_nan=False) + "\n"
     write_file(folder / results.MANIFEST, text.encode(), force=True)
-    outcome.files = [*manifest.files, *([name] if outcome.failed else []), results.MANIFEST]
-    if plan.report and is_whole:
-        outcome.files += write_report(folder)
-    return outcome
-
-
-def _write_failed(path: Path, outcome: Outcome) -> None:
-    path.unlink(missing_ok=True)
-    rows = [(one.run, *run.names().values(), one.error, one.trace) for run, one in outcome.failed]
-    if rows:
-        header = ("run", *outcome.failed[0][0].names(), "error", "trace")
-        results.write_csv(path, header, rows)
+    outcome.files = [*manifest.files, *([failed] if rows else []), results.MANIFEST]
 
 
 def code_digest(experiment: Experiment) -> str:

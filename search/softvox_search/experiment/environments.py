@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from importlib import import_module
 from itertools import product
 from typing import Any, TypeVar
 
@@ -13,24 +12,20 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
-from softvox_gym.wrappers import is_noisy, silent, vector
+from softvox_gym.wrappers import vector
 from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant
-from softvox_search.oracle import MakeEnv
+from softvox_search.oracle import Budget, MakeEnv, Oracle
 from softvox_search.policies import with_policy
-from softvox_search.registry import make
+from softvox_search.registry import found, make
 
 T = TypeVar("T")
-
-#: What the oracle reads of the infos of a step.
-NEEDED = ("displacement", "diverged", "steps")
 
 
 class Environments:
     """Makes the environments of problems, and keeps them for the runs that follow.
 
     An environment costs more to make than a batch from the table, and holds nothing from one batch
-    to the next: every reset seeds its noise. A wrapper from elsewhere may hold something, so those
-    are made anew for every run.
+    to the next. A wrapper from elsewhere may, so those are made anew for every run.
     """
 
     def __init__(self) -> None:
@@ -59,7 +54,7 @@ def answers_from_table(problem: Problem) -> bool:
     return (
         problem.table
         and problem.shape == Lattice()
-        and problem.is_published
+        and not problem.changes
         and not any(
             ":" in wrapper["name"] or (wrapper["name"] == NOISE and wrapper.get("level", 1) != 0)
             for wrapper in problem.stack()
@@ -79,11 +74,11 @@ def check(experiment: Experiment, place: str) -> None:
     environments, noisy = Environments(), experiment.levels is not None
     for problem in experiment.problems():
         names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"
-        env = _tried(
+        oracle = _tried(
             f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape}",
-            lambda: _stepped(environments.of(problem)(1), problem),  # noqa: B023, called at once
+            lambda: _stepped(environments.of(problem)),  # noqa: B023, called at once
         )
-        noisy = is_noisy(env) or noisy
+        noisy = oracle.noisy or noisy
     if experiment.policies and not noisy:
         raise UsageError(
             f"{place}: [[policies]] are against the luck of noisy evaluations, and nothing is "
@@ -97,7 +92,7 @@ def check(experiment: Experiment, place: str) -> None:
         for policy in experiment.policies:
             _tried(
                 f"{place}: [[policies]] {policy.name}: with {choice.label}",
-                lambda: with_policy(searcher, policy.policy, shape, choice.budget),  # noqa: B023
+                lambda: with_policy(searcher, policy.policy, shape, choice.budget.checked()),  # noqa: B023
             )
 
 
@@ -108,7 +103,7 @@ def _tried(place: str, what: Callable[[], T]) -> T:
     except (ImportError, TypeError, ValueError) as error:
         raise UsageError(f"{place}: {error}") from error
     except (Exception, SystemExit) as error:
-        raise UsageError(f"{place}: can't be made: {type(error).__name__}: {error}") from error
+        raise UsageError(f"{place}: fails with {type(error).__name__}: {error}") from error
 
 
 def _environment(problem: Problem, num_envs: int) -> Any:
@@ -125,10 +120,7 @@ def _environment(problem: Problem, num_envs: int) -> Any:
 
 def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
     if ":" in name:
-        module, _, attribute = name.partition(":")
-        kind = getattr(import_module(module), attribute, None)
-        if kind is None:
-            raise ImportError(f"module {module} has no {attribute}")
+        kind = found(name)
     else:
         known = [name for name in vector.__all__ if name != "is_noisy"]
         if name not in known:
@@ -142,23 +134,11 @@ def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
     except TypeError as error:
         keys = ", ".join(list(inspect.signature(kind).parameters)[1:])
         raise TypeError(f"{name}: {error}; its keys are {keys}") from None
-    made = kind(env, **options)
-    if silent(made) is not None:
-        raise TypeError(
-            f"{name}: doesn't say whether two evaluations of one design may differ; give it an "
-            "attribute is_noisy, True or False"
-        )
-    return made
+    return kind(env, **options)
 
 
-def _stepped(env: Any, problem: Problem) -> Any:
-    """Try one design where there are wrappers of one's own, which may drop what is needed."""
-    if any(":" in wrapper["name"] for wrapper in problem.wrappers):
-        env.reset(seed=0)
-        infos = env.step(np.zeros(env.action_space.shape, dtype=np.int64))[4]
-        if lacks := [name for name in NEEDED if name not in infos]:
-            raise ValueError(
-                f"the step's infos lack {', '.join(lacks)}; pass on all that the environment "
-                "within gives"
-            )
-    return env
+def _stepped(make_env: MakeEnv) -> Oracle:
+    """Return an oracle that has tried the empty design."""
+    oracle = Oracle(make_env, Budget(evaluations=1), rng=np.random.default_rng(0))
+    oracle.evaluate(np.zeros((1, oracle.space.sites), dtype=np.int64))
+    return oracle

@@ -8,14 +8,12 @@ can be written again from the files of the runs.
 from __future__ import annotations
 
 import contextlib
-import csv
 import errno
 import fcntl
 import hashlib
 import io
 import json
 import os
-import secrets
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -27,7 +25,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from softvox_gym.files import write_file
-from softvox_search.experiment.run import SUMMARY
 from softvox_search.experiment.schema import Problem, UsageError, of_dict
 from softvox_search.log import Columns
 
@@ -40,7 +37,10 @@ FOLDER, RUNS, FAILED, MANIFEST = "runs", "runs.csv", "failed.csv", "manifest.jso
 OURS = (MANIFEST, RUNS, FAILED, "report.md", FOLDER, "tables", "figures")
 
 _COUNTERS = ("sequence", "unique_sequence")
-_TEXT = ("run", "searcher", "physics", "shape", "policy", "status", "digest")
+TEXT_COLUMNS = ("run", "searcher", "physics", "shape", "policy", "status", "digest")
+
+#: What a run of any name has in runs.csv; nothing but the first where it failed.
+_SUMMARY = ("status", "unique", "evaluations", "steps", "recommended", "believed", "digest")
 
 _MARK, _BLANK = b"sha256 with zeros here: ", b"0" * 64
 
@@ -52,33 +52,15 @@ class ResultsError(UsageError):
 
 
 class Manifest(msgspec.Struct, kw_only=True):
-    """What is read of manifest.json, which has more.
+    """What is read of manifest.json, which has more."""
 
-    Parameters
-    ----------
-    experiment : dict
-        As `Experiment.to_dict` returns it.
-    command : str
-        What to type to make the results again.
-    made_with : dict
-        As `softvox_search.experiment.run.made_with` returns it.
-    code : str
-        Digest of the source.
-    failed : list of str
-        Identities of the runs that failed.
-    files : dict of str
-        SHA-256 of runs.csv.
-    notes : list of str
-        What happened to the folder.
-    """
-
-    experiment: dict[str, Any]
-    command: str
-    made_with: dict[str, Any]
-    code: str
-    failed: list[str]
-    files: dict[str, str]
-    notes: list[str] = []
+    experiment: dict[str, Any]  #: As `Experiment.to_dict` returns it.
+    command: str  #: What to type to make the results again.
+    made_with: dict[str, Any]  #: As `run.made_with` returns it.
+    code: str  #: Digest of the source.
+    failed: list[str]  #: Identities of the runs that failed.
+    files: dict[str, str]  #: SHA-256 of runs.csv; nothing where runs are missing.
+    notes: list[str] = []  #: What happened to the folder.
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +124,7 @@ class Results:
     def budgets(self) -> dict[str, dict[str, Any]]:
         """The budget of every searcher, by label: "unique", "evaluations", ... or None."""
         choices = of_dict(self.experiment, MANIFEST).searcher_choices()
-        return {choice.label: dict(vars(choice.budget)) for choice in choices}
+        return {str(choice.label): vars(choice.budget.checked()) for choice in choices}
 
     @property
     def problems(self) -> list[Problem]:
@@ -174,8 +156,10 @@ def read(folder: Path) -> Results:
         raise ResultsError(
             f"{path} is not as it was written; {manifest.command} writes it again from the runs"
         )
-    experiment = of_dict(manifest.experiment, str(folder / MANIFEST))
-    return Results(folder, experiment.title, manifest.command, manifest.experiment, _frame(path))
+    title = of_dict(manifest.experiment, str(folder / MANIFEST)).title
+    runs = read_csv(path, TEXT_COLUMNS, recommended=_design, level=_number, believed=_number)
+    runs["file"] = [f"{FOLDER}/{run_path(Path(), run).name}" for run in runs["run"]]
+    return Results(folder, title, manifest.command, manifest.experiment, runs)
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -242,36 +226,8 @@ def run_path(folder: Path, identity: str) -> Path:
     return folder / FOLDER / f"{identity[:16]}.parquet"
 
 
-def write_run(folder: Path, identity: str, content: bytes) -> None:
-    """Write the file of a run, which appears whole.
-
-    It is not brought to the disk at once: what a power cut damages is found by its digest.
-
-    Raises
-    ------
-    OSError
-        Where it can't be written.
-    """
-    path = run_path(folder, identity)
-    temporary = path.with_name(f".{path.name}.partial-{secrets.token_hex(6)}")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def finished(folder: Path, identities: Iterable[str], say: Say) -> dict[str, dict[str, Any]]:
-    """Return the summaries of the runs that are there; set damaged files aside.
-
-    Parameters
-    ----------
-    folder : Path
-    identities : iterable of str
-        Of the runs to look for.
-    say : callable (message)
-        Called for every file that is damaged, and was renamed.
-    """
+    """Return the summaries of the runs that are there; rename damaged files, and say so."""
     summaries = {}
     for identity in identities:
         path = run_path(folder, identity)
@@ -328,20 +284,37 @@ def clear(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def write_runs(folder: Path, rows: dict[str, dict[str, Any]]) -> str:
-    """Write runs.csv from the summaries of the runs, by identity; return its SHA-256."""
-    table = [[run, *(_cell(row.get(name)) for name in SUMMARY)] for run, row in rows.items()]
-    write_csv(folder / RUNS, ("run", *SUMMARY), table)
+def write_runs(folder: Path, rows: Sequence[dict[str, Any]]) -> str:
+    """Write runs.csv from the summaries of one run or more; return its SHA-256."""
+    names = [name for name in rows[0] if name not in _SUMMARY]
+    write_csv(folder / RUNS, (*names, *_SUMMARY), rows)
     return file_digest(folder / RUNS)
 
 
-def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a table, which appears whole."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    write_file(path, text.getvalue().encode(), force=True)
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
+    """Write a table, which appears whole; nothing stands for None, and for what a row lacks."""
+    import pandas as pd
+
+    table = pd.DataFrame(rows, columns=list(header), dtype=object)
+    write_file(path, table.to_csv(index=False, lineterminator="\n").encode(), force=True)
+
+
+def read_csv(path: Path, text: Iterable[str], **readers: Callable[[str], Any]) -> pd.DataFrame:
+    """Read a table, some columns as text, others by functions; in the rest numbers can be missing.
+
+    A text may be "nan".
+    """
+    import pandas as pd
+
+    names = pd.read_csv(path, nrows=0).columns
+    numbers = names.difference([*text, *readers])
+    return pd.read_csv(
+        path,
+        dtype=dict.fromkeys(names.intersection(list(text)), str),
+        converters=readers,
+        keep_default_na=False,
+        na_values={name: [""] for name in numbers},
+    )
 
 
 def file_digest(path: Path) -> str:
@@ -356,25 +329,11 @@ def _digest(head: bytes, tail: bytes) -> bytes:
     return hashlib.sha256(head + _MARK + _BLANK + tail).hexdigest().encode()
 
 
-def _cell(value: Any) -> Any:
-    """Return a value as CSV has it: nothing for None, floats so that they read back the same."""
-    if value is None:
-        return ""
-    return repr(value) if isinstance(value, float) else value
+def _design(text: str) -> int | str | float:
+    """Return a design's number, or its digits, which are longer; NaN for nothing."""
+    return (int(text) if len(text) < 20 else text) if text else float("nan")
 
 
-def _frame(path: Path) -> pd.DataFrame:
-    """Return runs.csv as a data frame; only numbers can be missing, a text may be "nan"."""
-    import pandas as pd
-
-    table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    for name in table.columns.difference(list(_TEXT)):
-        table[name] = pd.Series([_number(text) for text in table[name]])
-    table["file"] = [f"{FOLDER}/{run_path(Path(), run).name}" for run in table["run"]]
-    return table
-
-
-def _number(text: str) -> int | float | str:
-    if text.isdecimal():  # digits of a design are longer than any number of one
-        return int(text) if len(text) < 20 else text
+def _number(text: str) -> float:
+    """Return a number to its last bit, which not every version of pandas does."""
     return float(text or "nan")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Iterator
 from functools import lru_cache
 from importlib import metadata
 from typing import Any
@@ -25,23 +26,6 @@ from softvox_search.run import run as search
 #: Libraries that draw for searchers, or compute for them; a version may change the bits.
 LIBRARIES = ("cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "scipy")
 
-#: Columns of runs.csv, behind the identity of the run.
-SUMMARY = (
-    "searcher",
-    "physics",
-    "shape",
-    "level",
-    "policy",
-    "seed",
-    "status",
-    "unique",
-    "evaluations",
-    "steps",
-    "recommended",
-    "believed",
-    "digest",
-)
-
 
 @lru_cache(maxsize=1)
 def made_with() -> dict[str, Any]:
@@ -50,16 +34,16 @@ def made_with() -> dict[str, Any]:
     The versions of Python and of the libraries, None for one that is not installed; and a digest
     of what the loaded engine makes of some designs.
     """
-    versions: dict[str, str | None] = {
-        "python": ".".join(platform.python_version_tuple()[:2]),
-        **dict.fromkeys(LIBRARIES),
-    }
+    versions = {"python": ".".join(platform.python_version_tuple()[:2]), **dict(_versions())}
+    return {"versions": versions, "engine_probe": engine_probe()}
+
+
+def _versions() -> Iterator[tuple[str, str | None]]:
     for library in LIBRARIES:
         try:
-            versions[library] = metadata.version(library)
+            yield library, metadata.version(library)
         except metadata.PackageNotFoundError:
-            continue
-    return {"versions": versions, "engine_probe": engine_probe()}
+            yield library, None
 
 
 def identity(run: Run, made_with: dict[str, Any]) -> str:
@@ -79,35 +63,24 @@ def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
 
 
 def do(run: Run, environments: Environments) -> tuple[dict[str, Any], Columns]:
-    """Do a run.
-
-    Parameters
-    ----------
-    run : Run
-    environments : Environments
-        What was made there for other runs is used again.
+    """Do a run in environments that are used again; raise whatever the searcher raises.
 
     Returns
     -------
     summary : dict
-        One value for each of `SUMMARY`; None where there is none.
+        A row of `Results.runs`, but for the columns run and file; None where there is nothing.
     columns : dict of ndarray
         The log.
-
-    Raises
-    ------
-    Exception
-        Whatever the searcher raises.
     """
     rng, noise = streams(run)
-    choice, problem = run.searcher, run.problem
+    choice, problem, budget = run.searcher, run.problem, run.searcher.budget.checked()
     # At level 0 a repeated evaluation costs what it costs at the others, so that budgets are equal.
     noisy = True if problem.level is not None else None
-    oracle = Oracle(environments.of(problem), choice.budget, rng=noise, noisy=noisy)
+    oracle = Oracle(environments.of(problem), budget, rng=noise, noisy=noisy)
     searcher = make(choice.name, rng, space=problem.shape, **choice.options)
     if oracle.noisy:
         policy = run.policy.policy if run.policy else Policy()
-        searcher = with_policy(searcher, policy, problem.shape, choice.budget)
+        searcher = with_policy(searcher, policy, problem.shape, budget)
     recommended = search(searcher, oracle, name=choice.label)
     columns = oracle.log.columns()
     summary = {

@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import msgspec
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, structs
 from msgspec.structs import asdict
 
 from softvox_gym import Lattice, Physics
@@ -26,9 +26,6 @@ NOISE = "JakobiNoise"
 
 #: Runs of an experiment.
 MOST_RUNS = 10**6
-
-#: Seeds of numpy's own making have 128 bits.
-MOST_ENTROPY = 2**128 - 1
 
 Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
 Level = Annotated[float, Meta(ge=0)]
@@ -48,10 +45,14 @@ class BudgetKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     steps: Count | None = None
     cpu_seconds: Annotated[float, Meta(gt=0)] | None = None
 
-    def within(self, common: BudgetKeys) -> Budget:
-        """Return the budget, with the common one's keys where it doesn't have its own."""
-        given = {**asdict(common), **{key: n for key, n in asdict(self).items() if n is not None}}
-        return Budget(**given)
+    def within(self, common: BudgetKeys) -> BudgetKeys:
+        """Return it with the common one's keys where it doesn't have its own."""
+        own = {key: n for key, n in asdict(self).items() if n is not None}
+        return structs.replace(common, **own)
+
+    def checked(self) -> Budget:
+        """Return the budget itself; ValueError where it doesn't surely end a search."""
+        return Budget(**asdict(self))
 
 
 class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -70,8 +71,11 @@ class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         return Policy(**{key: value for key, value in asdict(self).items() if key != "name"})
 
 
-class SearcherKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[searchers]]; an option that is a list makes a searcher of each of its values."""
+class Searcher(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[searchers]]; an option that is a list makes a searcher of each of its values.
+
+    Of `Experiment.searcher_choices` it has all keys, and no such lists.
+    """
 
     name: Name
     label: Name | None = None
@@ -81,10 +85,7 @@ class SearcherKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The file: what the runs depend on, and how many there are.
-
-    `softvox compare --help` explains the keys.
-    """
+    """The file, whose keys `softvox compare --help` explains."""
 
     seeds: Count
     entropy: Annotated[int, Meta(ge=0)] = 0
@@ -98,7 +99,7 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     levels: Annotated[list[Level], Meta(min_length=1)] | None = None
     wrappers: list[dict[str, Any]] = []
     policies: list[PolicyChoice] = []
-    searchers: Annotated[list[SearcherKeys], Meta(min_length=1)]
+    searchers: Annotated[list[Searcher], Meta(min_length=1)]
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON; `of_dict` reads it back."""
@@ -110,9 +111,7 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return [
             Problem(
                 physics=_label(physics),
-                values=physics
-                if isinstance(physics, str)
-                else {key: value for key, value in physics.items() if key != "label"},
+                values=_values(physics),
                 shape=shape,
                 level=level,
                 wrappers=tuple(self.wrappers),
@@ -126,21 +125,22 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         given: list[Any] = self.shape
         return [Lattice.of(one) for one in (given if isinstance(given[0], list) else [given])]
 
-    def searcher_choices(self) -> list[SearcherChoice]:
+    def searcher_choices(self) -> list[Searcher]:
         """Return the searchers, one for every combination of options that are lists."""
-        return [choice for row in self.searchers for choice in self._swept(row)]
-
-    def _swept(self, row: SearcherKeys) -> Iterator[SearcherChoice]:
-        swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
-        for values in product(*swept.values()):
-            options = dict(zip(swept, values, strict=True))
-            yield SearcherChoice(
-                name=row.name,
-                label=(row.label or row.name) + (f"({_shown(options)})" if options else ""),
-                options={**row.options, **options},
-                seeds=row.seeds or self.seeds,
-                budget=row.budget.within(self.budget),
-            )
+        choices = []
+        for row in self.searchers:
+            swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
+            for values in product(*swept.values()):
+                options = dict(zip(swept, values, strict=True))
+                choice = structs.replace(
+                    row,
+                    label=(row.label or row.name) + (f"({_shown(options)})" if options else ""),
+                    options={**row.options, **options},
+                    seeds=row.seeds or self.seeds,
+                    budget=row.budget.within(self.budget),
+                )
+                choices.append(choice)
+        return choices
 
     def runs(self) -> list[Run]:
         """Return all runs: searcher x problem x policy x seed, the seed changing fastest."""
@@ -151,41 +151,20 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             for searcher in self.searcher_choices()
             for problem in problems
             for policy in policies
-            for seed in range(searcher.seeds)
+            for seed in range(searcher.seeds or 1)
         ]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """What a searcher is put to.
-
-    Parameters
-    ----------
-    physics : str
-        Its label.
-    values : str or dict
-        The physics, as `Physics.of` takes it.
-    shape : Lattice
-    level : float or None
-        Of `JakobiNoise`; None without that axis.
-    wrappers : tuple of dict
-        From the environment outward: "name", and the wrapper's arguments.
-    table : bool
-        Whether the exact table answers where nothing disturbs the simulation; the bits are the
-        same.
-    """
+    """What a searcher is put to, on `shape` and with a physics of some label."""
 
     physics: str = "published"
-    values: str | dict[str, Any] = "published"
+    values: str | dict[str, Any] = "published"  #: As `Physics.of` takes it.
     shape: Lattice = Lattice()  # noqa: RUF009, immutable
-    level: float | None = None
-    wrappers: tuple[dict[str, Any], ...] = ()
+    level: float | None = None  #: Of `JakobiNoise`; None without that axis.
+    wrappers: tuple[dict[str, Any], ...] = ()  #: Outward; "name", and the wrapper's arguments.
     table: bool = True
-
-    @property
-    def is_published(self) -> bool:
-        """Whether it is the published run's physics."""
-        return not self.changes
 
     @cached_property
     def changes(self) -> dict[str, Any]:
@@ -217,45 +196,10 @@ class Problem:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearcherChoice:
-    """A searcher of the comparison.
-
-    Parameters
-    ----------
-    name : str
-        In the registry, or "package.module:Class".
-    label : str
-        What reports call it.
-    options : dict
-        What it is made with.
-    seeds : int
-        Runs on each problem under each policy.
-    budget : Budget
-        Of each run.
-    """
-
-    name: str
-    label: str
-    options: dict[str, Any] = field(default_factory=dict)
-    seeds: int = 1
-    budget: Budget
-
-
-@dataclass(frozen=True, kw_only=True)
 class Run:
-    """A searcher on a problem under a policy, with the index of a seed.
+    """A searcher on a problem under a policy, with the index of a seed and a file's entropy."""
 
-    Parameters
-    ----------
-    searcher : SearcherChoice
-    problem : Problem
-    policy : PolicyChoice or None
-    seed : int
-    entropy : int
-        Of the experiment.
-    """
-
-    searcher: SearcherChoice
+    searcher: Searcher
     problem: Problem = field(default_factory=Problem)
     policy: PolicyChoice | None = None
     seed: int = 0
@@ -279,12 +223,12 @@ class Run:
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that its result depends on of the experiment, ready for JSON."""
-        budget = {name: value for name, value in vars(self.searcher.budget).items() if value}
+        budget = vars(self.searcher.budget.checked())
         return {
             "names": self.names(),
             "entropy": self.entropy,
             "searcher": {"name": self.searcher.name, "options": self.searcher.options},
-            "budget": budget,
+            "budget": {name: value for name, value in budget.items() if value},
             "problem": self.problem.to_dict(),
             "policy": vars(self.policy.policy) if self.policy else None,
         }
@@ -300,15 +244,13 @@ def read(path: Path) -> Experiment:
     Raises
     ------
     UsageError
-        For a file that can't be read, an unknown key, one that is missing or a wrong value.
+        For a file that can't be read, or is no experiment.
     """
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: is not text in UTF-8, as TOML must be") from None
-    except ValueError as error:  # TOMLDecodeError, and numbers with more digits than Python reads
+    except ValueError as error:  # no UTF-8, no TOML, or numbers with more digits than Python reads
         raise UsageError(f"{path}: is not valid TOML: {error}") from None
     return of_dict({"title": path.stem, **data}, str(path))
 
@@ -343,60 +285,38 @@ KEYS: dict[str, tuple[str, ...]] = {
     "": Experiment.__struct_fields__,
     "budget": BudgetKeys.__struct_fields__,
     "policies": PolicyChoice.__struct_fields__,
-    "searchers": SearcherKeys.__struct_fields__,
+    "searchers": Searcher.__struct_fields__,
 }
 
 
 def _explained(message: str, data: dict[str, Any]) -> str:
-    """Return what msgspec says of a file's content in the file's own words, with the remedy."""
+    """Return what msgspec says of a file's content in the words of TOML, with the value."""
     said, _, path = message.partition(" - at `$")
-    parts: list[Any] = [
-        int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]`]+", path)
-    ]
-    tables = [part for part in parts if part in KEYS]
-    keys = KEYS[tables[-1] if tables else ""]
     value: Any = data
-    for part in parts:
-        value = value.get(part) if isinstance(value, dict) else value[part]
-    where = _place(parts, data)
+    place, keys = "", KEYS[""]
+    for part in re.findall(r"[^.\[\]`]+", path):
+        keys = KEYS.get(part, keys)
+        if part.isdecimal():
+            value = value[int(part)]
+            name = value.get("label", value.get("name")) if isinstance(value, dict) else None
+            place += f"no. {int(part) + 1} " + (f"({name}) " if isinstance(name, str) else "")
+        else:
+            value = value[part]
+            place += f"{part} "
     if unknown := re.search(r"unknown field `(.*)`", said):
-        name = unknown[1]
-        hint = meant(name, keys)
-        its = f"{hint} Its" if hint else "; its"
-        return f"{where}has no key {name}{its} keys are {', '.join(keys)}"
+        hint = meant(unknown[1], keys)
+        return f"{place}has no key {unknown[1]}{hint}; its keys are {', '.join(keys)}"
     if missing := re.search(r"missing required field `(.*)`", said):
-        close = difflib.get_close_matches(missing[1], set(value) - set(keys), n=1)
-        hint = f"; is {close[0]} meant to be it?" if close else ""
-        return f"{where}lacks the key {missing[1]}{hint}"
-    shown = repr(value)
-    shown = shown if len(shown) < 80 else f"{shown[:60]}..."
+        return f"{place}lacks the key {missing[1]}"
     words = {"Expected": "must be", ", got": ", not", "object": "table", "array": "list", "`": ""}
-    expected = said
     for theirs, ours in words.items():
-        expected = expected.replace(theirs, ours)
-    return f"{where}{expected}, got {shown}"
-
-
-def _place(parts: list[Any], data: dict[str, Any]) -> str:
-    """Return which table and key a path means: "[[searchers]] no. 2 (ga) seeds "."""
-    match parts:
-        case ["searchers" | "policies" | "wrappers" as kind, int(number), *rest]:
-            row = data[kind][number]
-            name = row.get("label", row.get("name")) if isinstance(row, dict) else None
-            named = f" ({name})" if isinstance(name, str) else ""
-            place = f"[[{kind}]] no. {number + 1}{named} "
-        case ["budget", *rest]:
-            place = "[budget] "
-        case _:
-            place, rest = "", parts
-    key = ".".join(str(part) for part in rest).replace("....", "")
-    return f"{place}{key} " if key else place
+        said = said.replace(theirs, ours)
+    shown = repr(value)
+    return f"{place}{said}, got {shown if len(shown) < 80 else f'{shown[:60]}...'}"
 
 
 def _check(experiment: Experiment) -> None:
-    """Refuse what the types of the keys don't rule out; what can't be made `checks` finds."""
-    if experiment.entropy > MOST_ENTROPY:
-        raise ValueError(f"entropy must be at most {MOST_ENTROPY}, of 128 bits")
+    """Refuse what the types of the keys don't rule out; `environments.check` tries the rest."""
     for row in experiment.searchers:
         if [] in row.options.values():
             raise ValueError(f"[[searchers]] {row.name} options must not be empty lists")
@@ -406,23 +326,26 @@ def _check(experiment: Experiment) -> None:
         json.dumps(experiment.to_dict(), allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-    number = len(experiment.problems()) * max(1, len(experiment.policies))
-    number *= sum(choice.seeds for choice in experiment.searcher_choices())
+    choices, problems = experiment.searcher_choices(), experiment.problems()
+    number = len(problems) * max(1, len(experiment.policies))
+    number *= sum(choice.seeds or 1 for choice in choices)
     if number > MOST_RUNS:
         raise ValueError(
             f"seeds, searchers, physics, shapes, levels and policies make {number} runs, and at "
             f"most {MOST_RUNS} are taken; give fewer seeds"
         )
-    for problem in experiment.problems():
+    for choice in choices:
+        choice.budget.checked()
+    for problem in problems:
         try:
             Physics.of(problem.values)
         except (TypeError, ValueError) as error:
             raise ValueError(f"physics {problem.physics}: {error}") from None
-    _check_different("[[searchers]]", "label", [one.label for one in experiment.searcher_choices()])
+    _check_different("[[searchers]]", "label", [str(choice.label) for choice in choices])
     _check_different("[[policies]]", "name", [one.name for one in experiment.policies])
-    _check_different("problem", "value", [str(vars(one)) for one in experiment.problems()])
-    labels = {problem.physics: problem.values for problem in experiment.problems()}
-    if any(labels[one.physics] != one.values for one in experiment.problems()):
+    _check_different("problem", "value", [repr(problem) for problem in problems])
+    labels = {problem.physics: problem.values for problem in problems}
+    if any(labels[one.physics] != one.values for one in problems):
         raise ValueError("physics has a label twice; give each table a label of its own")
     if experiment.levels and any(
         wrapper["name"] == NOISE and "level" in wrapper for wrapper in experiment.wrappers
@@ -440,6 +363,12 @@ def _label(physics: str | dict[str, Any]) -> str:
     if isinstance(physics, str):
         return physics
     return str(physics.get("label") or _shown(physics) or "exact")
+
+
+def _values(physics: str | dict[str, Any]) -> str | dict[str, Any]:
+    if isinstance(physics, str):
+        return physics
+    return {key: value for key, value in physics.items() if key != "label"}
 
 
 def _shown(values: dict[str, Any]) -> str:

@@ -18,17 +18,27 @@ def write(folder: Path, results: Results) -> list[str]:
     """Write the report of an experiment: report.md, and the folders tables and figures beside it.
 
     The same results give the same bytes. Each file appears whole; one that exists is replaced.
-
-    Returns
-    -------
-    list of str
-        The files written, relative to the folder, report.md last.
+    Returns the files written, relative to the folder, report.md last.
 
     Raises
     ------
     softvox_gym.files.OutputError
         Where a file can't be written.
     """
-    from softvox_search.report.page import write_report
+    from softvox_gym.files import write_file, write_folder
+    from softvox_search.report import figures, style, tables, text
+    from softvox_search.report.page import page
 
-    return write_report(folder, results)
+    made = tables.make(results)
+    with style.style():
+        pictures = {
+            f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
+        }
+    files = {f"{name}.csv": text.csv(table) for name, table in made.items()}
+    written = []
+    for name, contents in (("tables", files), ("figures", pictures)):
+        if contents:
+            write_folder(folder / name, contents, force=True)
+        written += [f"{name}/{file}" for file in contents]
+    write_file(folder / "report.md", page(results, made, list(pictures)).encode(), force=True)
+    return [*written, "report.md"]

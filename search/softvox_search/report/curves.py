@@ -29,13 +29,7 @@ FINEST_TARGET = 0.01  # voxel widths; the published second best, 0.0115 below th
 
 
 class Curve(NamedTuple):
-    """When a run came upon something better than all before it.
-
-    at : ndarray of int64, shape (k,)
-        Unique evaluations until then.
-    fitness : ndarray, shape (k,)
-        Voxel widths; grows.
-    """
+    """When a run came upon better: unique evaluations until then, and fitness in voxel widths."""
 
     at: NDArray[np.int64]
     fitness: Array
@@ -53,11 +47,6 @@ def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     return rows
 
 
-def first(frame: pd.DataFrame, column: str) -> Any:
-    """Return what the first row has in a column."""
-    return frame[column].iat[0]
-
-
 def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of a table that are about a problem."""
     level = table["level"]
@@ -68,10 +57,7 @@ def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
 
 
 def improvements(at: NDArray[Any], fitness: Array) -> Curve:
-    """Return every evaluation of a fitness larger than all before it; the first always is.
-
-    Unique evaluations until each of n evaluations, and its fitness, both of shape (n,).
-    """
+    """Return all of n evaluations, at numbers of shape (n,), with a fitness above all before."""
     best = np.maximum.accumulate(fitness)
     rows = np.flatnonzero(fitness > np.concatenate([[-np.inf], best])[: len(best)])
     return Curve(at[rows].astype(np.int64), fitness[rows])
@@ -110,25 +96,23 @@ def finished(results: Results) -> pd.DataFrame:
         if tuple(problem.shape) == SHAPE
     }
     budgets = results.budgets
-    columns: dict[str, list[Any]] = {"limit": [], "landscape": [], **{t: [] for t in TERMS}}
+    columns: dict[str, list[Any]] = {name: [] for name in ("limit", "landscape", *TERMS)}
     for row in records(runs):
         log = results.evaluations(row["run"])
         landscape = known[row["physics"]] if row["shape"] == "{}x{}x{}".format(*SHAPE) else None
-        budget = budgets[row["searcher"]]
-        stated = [n for name in ("unique", "evaluations") if (n := budget.get(name)) is not None]
-        columns["limit"].append(min(stated, default=row["unique"]))
+        stated = [budgets[row["searcher"]].get(name) for name in ("unique", "evaluations")]
+        columns["limit"].append(min(filter(None, stated), default=row["unique"]))
         columns["landscape"].append(landscape)
         for terms in TERMS:
-            fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else None
-            if not landscape and terms == "raw":
-                fitness = log["fitness"]
+            told = log["fitness"] if terms == "raw" else None
+            fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else told
             curve = None if fitness is None else improvements(log["unique_sequence"], fitness)
             columns[terms].append(curve)
     for name, values in columns.items():
         runs[name] = pd.Series(values, dtype=np.int64 if name == "limit" else object)
     for _, group in groups(runs, *PROBLEM):
         ends = [curve.fitness[-1] for curve in group["raw"] if len(curve.at)]
-        exact = first(group, "landscape")
+        exact: Any = group["landscape"].iat[0]
         runs.loc[group.index, "goal"] = exact["raw"].max() if exact else max(ends, default=0.0)
     return runs
 
@@ -177,20 +161,11 @@ def targets(goal: float) -> Array:
 
 
 def ecdf(regret: Array, goals: Iterable[float]) -> Array:
-    """Return the share of all pairs of a run and a target that are reached so far.
+    """Return the share of all pairs of a run and a target that are reached so far, shape (m,).
 
-    Parameters
-    ----------
-    regret : ndarray, shape (n, m)
-        Of n runs after m numbers of evaluations.
-    goals : iterable of float, length n
-        Of the problem of each run.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        The empirical cumulative distribution of the runtimes over runs and targets, in which a
-        target never reached has an infinite runtime.
+    Of the regret of n runs after m numbers of evaluations, shape (n, m), and the goal of each: the
+    empirical cumulative distribution of the runtimes over runs and targets, in which a target never
+    reached has an infinite runtime.
 
     Notes
     -----

@@ -25,31 +25,22 @@ _OWN, _BASE = "#00436B", "#C75B00"
 #: Between two sampled places a curve keeps its value: a best value jumps, it does not glide.
 _STEPS = "steps-post"
 
-#: What is drawn, on an axis; and the titles of both measures under noise.
-_AXIS = {
-    "regret": "regret",
-    "best": "best fitness",
-    "true_regret": "true regret, voxel widths",
-    "optimism": "optimism: believed less true, voxel widths",
-}
-_TITLES = {
-    "true_regret": "True regret by level of noise (IQM)",
-    "optimism": "Optimism by level of noise (mean)",
+_AXIS = {"regret": "regret", "best": "best fitness"}
+
+#: Of both measures under noise, the title of a figure and of its axis.
+_NOISE = {
+    "true_regret": ("True regret by level of noise (IQM)", "true regret, voxel widths"),
+    "optimism": (
+        "Optimism by level of noise (mean)",
+        "optimism: believed less true, voxel widths",
+    ),
 }
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
-    """Draw the figures of a report; to be called within `style.style`.
+    """Draw the figures of a report from its `tables.make`; to be called within `style.style`.
 
-    Parameters
-    ----------
-    tables : dict of str to DataFrame
-        Of `tables.make`.
-
-    Returns
-    -------
-    dict of str to Figure
-        By file name without its ending, in the order in which the report shows them.
+    Returns them by file name without its ending, in the order in which the report shows them.
     """
     made: dict[str, Figure] = {}
     if "problems" not in tables:
@@ -66,11 +57,14 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
         what = "Regret" if problem["known"] else "Best fitness"
         for terms in dict.fromkeys(curves["terms"]):
             here = curves[curves["terms"] == terms]
-            if len(budgets):
-                title = f"{what} in {terms} terms{at}"
-                made[f"anytime_{terms}{problem['name']}"] = anytime(here, title=title, ends=ends)
-            title = f"Targets reached in {terms} terms{at}"
-            made[f"ecdf_{terms}{problem['name']}"] = ecdf(here, title=title, ends=ends)
+            for kind, column, shown in (
+                ("anytime", "iqm", what),
+                ("ecdf", "ecdf", "Targets reached"),
+            ):
+                if len(budgets) or kind == "ecdf":
+                    made[f"{kind}_{terms}{problem['name']}"] = over_time(
+                        here, column, title=f"{shown} in {terms} terms{at}", ends=ends
+                    )
         if len(budgets):
             title = f"{what} at fixed budgets{at}"
             made[f"fixed_budget{problem['name']}"] = fixed_budget(budgets, title=title)
@@ -85,8 +79,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
         at = "".join(f", {part}" for part in where(problems, problem)[:-1])
         for measure in MEASURES if len(by_policy) else ():
             file = measure + problem["name"].rpartition("_level_")[0]
-            title = f"{_TITLES[measure]}{at}"
-            made[file] = noise(by_searcher, by_policy, measure, title=title)
+            made[file] = noise(by_searcher, by_policy, measure, at)
     return made
 
 
@@ -101,26 +94,6 @@ def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
     return parts + ([] if np.isnan(level) else [f"noise level {level:g}"])
 
 
-def anytime(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
-    """Draw what runs are judged by over time: a panel per searcher, all others in grey.
-
-    The table is that of `tables.anytime` in one kind of terms; ends says by searcher where the
-    median of its runs ends.
-    """
-    made = _multiples(table, "iqm", title=title, ends=ends, is_banded=True)
-    made.supylabel(f"{_measure(table)}, voxel widths (IQM)")
-    made.axes[0].set_ylim(0, _top(table))
-    return made
-
-
-def ecdf(table: pd.DataFrame, *, title: str, ends: dict[str, float]) -> Figure:
-    """Draw the share of targets reached over time; parameters as `anytime`."""
-    made = _multiples(table, "ecdf", title=title, ends=ends, is_banded=False)
-    made.supylabel("share of runs and targets")
-    made.axes[0].set_ylim(0, 1.02)
-    return made
-
-
 def _measure(table: pd.DataFrame) -> str:
     return _AXIS[str(table["measure"].iat[0])]
 
@@ -130,34 +103,34 @@ def _top(table: pd.DataFrame) -> float:
     return 1.03 * max(float(np.nanmax(table[["iqm", "high"]].to_numpy())), 0.2)
 
 
-def _multiples(
-    table: pd.DataFrame, column: str, *, title: str, ends: dict[str, float], is_banded: bool
-) -> Figure:
+def over_time(table: pd.DataFrame, column: str, *, title: str, ends: Mapping[str, float]) -> Figure:
+    """Draw a column of `tables.anytime` in one kind of terms, "iqm" with its band or "ecdf".
+
+    A panel per searcher, all others in grey; ends says where the median of a searcher's runs ends.
+    """
+    is_banded = column == "iqm"
     names = list(dict.fromkeys(table["searcher"]))
     curves = {name: table[table["searcher"] == name] for name in names}
     made, axes = style.grid(len(names))
     for axis, name in zip(axes, names, strict=True):
         for other in names:
             if other not in (name, BASELINE):
-                axis.plot(
-                    curves[other]["unique"],
-                    curves[other][column],
-                    color=style.GREY,
-                    lw=scaled(0.7),
-                    ds=_STEPS,
-                )
+                grey: dict[str, Any] = {"color": style.GREY, "lw": scaled(0.7), "ds": _STEPS}
+                axis.plot(curves[other]["unique"], curves[other][column], **grey)
         if BASELINE in curves and name != BASELINE:
             base = curves[BASELINE]
             axis.plot(base["unique"], base[column], color=_BASE, lw=scaled(1.3), ls="--", ds=_STEPS)
         end = ends.get(name, curves[name]["unique"].max())
         _own(axis, curves[name], column, end=end, is_banded=is_banded)
         axis.set_title(name)
-    longest = float(table["unique"].max())
-    axes[0].set_xlim(1, max(longest, 2.0))
+    axes[0].set_ylim(0, _top(table) if is_banded else 1.02)
+    axes[0].set_xlim(1, max(float(table["unique"].max()), 2.0))
     axes[0].set_xscale("log")
     axes[0].xaxis.set_major_formatter("{x:g}")
     axes[0].minorticks_off()
     made.supxlabel("unique evaluations")
+    what = f"{_measure(table)}, voxel widths (IQM)" if is_banded else "share of runs and targets"
+    made.supylabel(what)
     handles = [line("the searcher named above", color=_OWN, lw=scaled(1.8))]
     if is_banded:
         handles.append(line("its 95 % band", color=_OWN, lw=scaled(7), alpha=0.25))
@@ -171,8 +144,7 @@ def _multiples(
 
 def _own(axis: Axes, curve: pd.DataFrame, column: str, *, end: float, is_banded: bool) -> None:
     """Draw a panel's own curve, dotted from where half of its runs have ended."""
-    at = curve["unique"].to_numpy(float)
-    values = curve[column].to_numpy(float)
+    at, values = curve["unique"].to_numpy(float), curve[column].to_numpy(float)
     if is_banded:
         axis.fill_between(
             at, curve["low"], curve["high"], color=_OWN, alpha=0.25, lw=0, step="post"
@@ -185,10 +157,6 @@ def _own(axis: Axes, curve: pd.DataFrame, column: str, *, end: float, is_banded:
         axis.plot(
             end, values[done - 1], marker="X", color=_OWN, ms=scaled(6), clip_on=False, zorder=5
         )
-
-
-#: Of a panel's width, beside the least and the greatest regret: room for half a marker.
-_SIDE = 0.06
 
 
 def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
@@ -207,7 +175,7 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
             look: dict[str, Any] = {"mfc": face, "mec": edge, "ms": scaled(4.5), "ls": "none"}
             axis.plot(here["iqm"], rows, marker, **look)
         axis.set_title(f"{budget}")
-        axis.set_xlim(-_SIDE * _top(table), (1 + _SIDE) * _top(table))
+        axis.set_xlim(-0.06 * _top(table), 1.06 * _top(table))  # room for half a marker
     axes[0].set_yticks(range(len(names)), names)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
     made.supxlabel(f"{_measure(table)} after so many unique evaluations, voxel widths (IQM)")
@@ -219,24 +187,15 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
     return made
 
 
-#: Height of a panel that shows many policies, relative to others.
-_TALLER = 2.3 / 2.1
-
-
-def noise(
-    by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, *, title: str
-) -> Figure:
-    """Draw one of `MEASURES` by level and policy, for all searchers together and each.
-
-    The tables are those of `noise`, where true values are known.
-    """
+def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: str) -> Figure:
+    """Draw one of `MEASURES` of the tables by level and policy, for all searchers and each."""
     names = list(dict.fromkeys(by_searcher["searcher"]))
     levels = sorted(set(by_searcher["level"]))
     policies = list(dict.fromkeys(by_searcher["policy"]))
     panels = [(name, by_searcher[by_searcher["searcher"] == name], "normal") for name in names]
     if len(names) > 1:
         panels.insert(0, ("all together", by_policy, "bold"))
-    made, axes = style.grid(len(panels), height=_TALLER)
+    made, axes = style.grid(len(panels), height=2.3 / 2.1)
     for axis, (name, here, weight) in zip(axes, panels, strict=True):
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
@@ -250,17 +209,17 @@ def noise(
     axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
     axes[0].set_xlim(-0.5, len(levels) - 0.5)
     made.supxlabel("level of noise")
-    made.supylabel(_AXIS[measure])
+    title, label = _NOISE[measure]
+    made.supylabel(label)
     handles = [line(policy or "no policy", **_look(i)) for i, policy in enumerate(policies)]
-    style.legend(made, title, handles)
+    style.legend(made, f"{title}{at}", handles)
     return made
 
 
 def _look(i: int) -> dict[str, Any]:
+    kinds = {"color": style.COLOURS, "marker": style.MARKERS, "ls": style.LINES}
     return {
-        "color": style.COLOURS[i % len(style.COLOURS)],
-        "marker": style.MARKERS[i % len(style.MARKERS)],
-        "ls": style.LINES[i % len(style.LINES)],
+        **{name: kind[i % len(kind)] for name, kind in kinds.items()},
         "lw": scaled(1.0),
         "ms": scaled(4.5),
         "mec": style.INK,

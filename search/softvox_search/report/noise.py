@@ -10,7 +10,7 @@ import pandas as pd
 
 from softvox_search.report.curves import AXES, PROBLEM, groups
 from softvox_search.report.statistics import band, compare, holm, iqm, mean
-from softvox_search.report.truth import Truth, truth_at
+from softvox_search.report.truth import truth_at
 
 #: The policy that others are held against, where the experiment has it; else its first.
 NAIVE = "naive"
@@ -30,22 +30,18 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
     """
     parts = []
     for key, group in groups(runs, *PROBLEM):
-        truth = truth_of(dict(zip(PROBLEM, key, strict=True)), problems).value
-        value, optimum = np.full(len(group), np.nan), np.nan
+        truth, _ = truth_of(dict(zip(PROBLEM, key, strict=True)), problems)
+        part = group[[*AXES, "run", "recommended", "believed"]].assign(true_value=np.nan)
         if truth is not None:
-            value = truth[group["recommended"].to_numpy(np.int64)]
-            optimum = np.nanmax(truth)
-        parts.append(
-            group[[*AXES, "run", "recommended", "believed"]].assign(
-                true_value=value,
-                true_regret=optimum - value,
-                optimism=group["believed"] - value,
-            )
-        )
+            part["true_value"] = truth[group["recommended"].to_numpy(np.int64)]
+        optimum = np.nan if truth is None else np.nanmax(truth)
+        part["true_regret"] = optimum - part["true_value"]
+        part["optimism"] = part["believed"] - part["true_value"]
+        parts.append(part)
     return pd.concat(parts, ignore_index=True)
 
 
-def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> Truth:
+def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> tuple[Any, str]:
     """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
     values = next(known.values for known in problems if known.physics == problem["physics"])
     return truth_at(problem["level"], values, [int(side) for side in problem["shape"].split("x")])
@@ -58,12 +54,12 @@ def reference_policy(policies: Iterable[str]) -> str:
 
 
 def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return true regret and optimism for every problem, policy and searcher.
+    """Return true regret and optimism for every problem, policy and searcher, voxel widths.
 
     One row each: runs; known, those whose recommended design has a true value (the others are left
-    out of what follows); then for each measure the interquartile mean over runs (true regret) or
-    the mean (optimism: a bias) with low and high, its bootstrap band; and the mean true regret, to
-    which the few bad runs contribute. In voxel widths.
+    out of what follows); the interquartile mean over runs of the true regret and the mean of the
+    optimism, a bias, each with its bootstrap band; and the mean true regret, to which the few bad
+    runs contribute.
     """
     return pd.DataFrame(
         {**dict(zip(AXES, key, strict=True)), **_summary(group)}

@@ -24,10 +24,7 @@ SEED = 2021
 def iqm(values: ArrayLike) -> Array:
     """Return the interquartile mean over the last axis: of the middle half of the runs.
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., n)
-        Of n >= 1 runs; the floor(n / 4) lowest and as many of the highest are left out.
+    Of n runs the floor(n / 4) lowest and as many of the highest are left out.
 
     Notes
     -----
@@ -48,15 +45,8 @@ def mean(values: ArrayLike) -> Array:
 def resampled(strata: ArrayLike) -> NDArray[np.intp] | None:
     """Draw runs with replacement, each stratum as often as it has runs, from a fixed seed.
 
-    Parameters
-    ----------
-    strata : array_like, shape (n,)
-        The stratum of each run.
-
-    Returns
-    -------
-    ndarray, shape (RESAMPLES, n), or None
-        Positions of the drawn runs; None where no stratum has two.
+    Of the strata of n runs, shape (n,); returns positions of the drawn runs, shape (RESAMPLES, n),
+    or None where no stratum has two.
     """
     labels, rng = np.asarray(strata), np.random.default_rng(SEED)
     names = np.unique(labels)
@@ -85,7 +75,7 @@ def band(
     statistic : callable
         Reduces the last axis.
     strata : array_like, shape (n,), optional
-        The stratum of each run; all the same where None.
+        All the same where None.
 
     Returns
     -------
@@ -110,19 +100,8 @@ def expected_running_time(used: ArrayLike, succeeded: ArrayLike) -> Array:
     """Return the evaluations of all runs together per run that reached the target.
 
     It estimates how many evaluations it takes to reach a target when runs that end without it are
-    followed by new ones.
-
-    Parameters
-    ----------
-    used : ndarray, shape (..., n)
-        Evaluations of each run until it reached the target, or all that it used.
-    succeeded : ndarray of bool, shape (..., n)
-        Whether it reached the target.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Infinite where no run reached it.
+    followed by new ones; infinite where none reached it. Of the evaluations of n runs until they
+    reached the target, or all that they used, and whether they did, both of shape (..., n).
 
     Notes
     -----
@@ -138,10 +117,7 @@ def expected_running_time(used: ArrayLike, succeeded: ArrayLike) -> Array:
 def running_time_band(
     used: ArrayLike, succeeded: ArrayLike, *, strata: ArrayLike
 ) -> tuple[float, float]:
-    """Return the percentile band of the expected running time by the bootstrap of `band`.
-
-    The stratum of a run, shape (n,), is its problem; the others are as in `expected_running_time`.
-    """
+    """Return the band of `expected_running_time` by the bootstrap of `band`."""
     drawn = resampled(strata)
     if drawn is None:
         return np.nan, np.nan
@@ -152,16 +128,7 @@ def running_time_band(
 
 
 class Comparison(NamedTuple):
-    """Two samples compared.
-
-    u : float
-        Mann and Whitney's U of the first: pairs in which it is larger, ties counted half.
-    p : float
-        Two-sided, for the hypothesis that neither tends to be larger.
-    a12 : float
-        Vargha and Delaney's A: the chance that a value of the first is larger than one of the
-        second, ties counted half; U per pair. 0.5 is no difference, 1 the first always larger.
-    """
+    """Two samples compared: U of the first, its two-sided p, and A12, which is U per pair."""
 
     u: float
     p: float
@@ -169,9 +136,11 @@ class Comparison(NamedTuple):
 
 
 def compare(first: ArrayLike, second: ArrayLike) -> Comparison:
-    """Compare two independent samples by rank; larger is what "larger" says, good or bad.
+    """Compare two independent samples by rank.
 
-    Exact for small samples without ties, else by the normal approximation with ties corrected.
+    U is the number of pairs in which the first is larger, ties counted half; A12 so the chance of
+    that: 0.5 is no difference, 1 the first always larger. Exact for small samples without ties,
+    else by the normal approximation with ties corrected.
 
     Notes
     -----
@@ -191,12 +160,7 @@ def holm(p: ArrayLike) -> Array:
     """Return p-values adjusted for a whole family of hypotheses by Holm's step-down.
 
     With m hypotheses the i-th smallest p is multiplied by m - i + 1; no adjusted value is below one
-    of a smaller p, nor above 1. Rejecting those below alpha keeps the chance of any false
-    rejection in the family at alpha.
-
-    Parameters
-    ----------
-    p : ndarray, shape (m,)
+    of a smaller p, nor above 1.
 
     Notes
     -----

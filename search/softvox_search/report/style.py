@@ -45,27 +45,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Look:
-    """How large figures and what is in them are.
-
-    Parameters
-    ----------
-    dpi : int
-        Pixels per inch.
-    font : float
-        Points of numbers and labels; titles, lines and markers keep their proportion to it.
-    widest : float
-        Inches; a figure that would be wider shrinks to this, and its text does not.
-    panel : (float, float)
-        Inches of a panel of a grid, with its share of what is around it.
-    columns : tuple of int
-        Numbers of columns of a grid of five panels or more, the best first: that one is taken which
-        leaves the fewest places empty.
-    """
+    """How large figures and what is in them are."""
 
     dpi: int = 120
+    #: Points of numbers and labels; titles, lines and markers keep their proportion to it.
     font: float = 9.0
+    #: Inches; a figure that would be wider shrinks to this, and its text does not.
     widest: float = 13.0
+    #: Inches of a panel of a grid, with its share of what is around it.
     panel: tuple[float, float] = (2.6, 2.1)
+    #: Of a grid of five panels or more, the best first; the fewest places are left empty.
     columns: tuple[int, ...] = (4, 5, 3)
 
 
@@ -116,11 +105,7 @@ _SIZES = {
 def style(look: Look = SCREEN, changes: dict[Any, Any] | None = None) -> Iterator[None]:
     """Draw in the project's style, whatever the user's settings are; they are put back.
 
-    Parameters
-    ----------
-    look : Look
-    changes : dict, optional
-        What differs from the style, by the names of matplotlib's parameters.
+    The changes are what differs from the style, by the names of matplotlib's parameters.
     """
     with matplotlib.rc_context():
         before = _look.set(look)
@@ -153,11 +138,7 @@ def figure(
 def grid(panels: int, *, height: float = 1.0) -> tuple[Figure, list[Axes]]:
     """Return a figure of so many panels with shared axes, and the panels in reading order.
 
-    Parameters
-    ----------
-    panels : int
-    height : float
-        Of a panel, relative to the look's.
+    Their height is relative to the look's.
     """
     look = _look.get()
     columns = panels if panels < 5 else min(look.columns, key=lambda wide: -panels % wide)

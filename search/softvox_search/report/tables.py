@@ -19,7 +19,6 @@ from softvox_search.report.curves import (
     budgets,
     ecdf,
     finished,
-    first,
     first_at,
     groups,
     positions,
@@ -47,20 +46,10 @@ FIXED_TARGETS = (0.95, 0.99, 1.0)
 def make(results: Results) -> dict[str, pd.DataFrame]:
     """Return the tables of a report by name.
 
-    Searchers are compared problem by problem, under the policy that the experiment names first;
-    and where there are several physics, over all of them: in those rows physics is "".
-
-    =============== =======================================================================
-    runs            `overview`
-    problems        `problems`
-    anytime         `anytime`, one problem after the other; so are the next three
-    fixed_budget    `fixed_budget`
-    fixed_target    `fixed_target`
-    pairs           `pairs`
-    recommendations `noise.recommendations`, where the experiment has levels of noise
-    noise_searchers `noise.by_searcher`
-    noise_policies  `noise.by_policy`
-    =============== =======================================================================
+    Of functions here: runs (`overview`), problems; and anytime, fixed_budget, fixed_target and
+    pairs, one problem after the other, under the policy that the experiment names first; where
+    there are several physics also over all of them, in rows whose physics is "". Of `noise`, where
+    there are levels: recommendations, noise_searchers, noise_policies.
     """
     made = {"runs": overview(results.runs)}
     runs = finished(results)
@@ -88,9 +77,10 @@ def overview(runs: pd.DataFrame) -> pd.DataFrame:
     """Return how many runs of each kind there are, and the medians of what finished ones used."""
     ok = runs["status"] == "ok"
     used = {name: runs[name].where(ok) for name in ("unique", "evaluations", "steps")}
-    counted = runs[AXES].assign(runs=ok, failed=~ok, **used)
+    grouped: Any = (
+        runs[AXES].assign(runs=ok, failed=~ok, **used).groupby(AXES, dropna=False, sort=False)
+    )
     how = {"runs": "sum", "failed": "sum"} | dict.fromkeys(used, "median")
-    grouped: Any = counted.groupby(AXES, dropna=False, sort=False)
     return pd.DataFrame(grouped.agg(how).reset_index())
 
 
@@ -104,14 +94,14 @@ def sections(runs: pd.DataFrame) -> pd.DataFrame:
     parts = [
         group[group["policy"] == group["policy"].iat[0]] for _, group in groups(runs, *PROBLEM)
     ]
-    compared = pd.concat(parts, ignore_index=True)
-    compared["instance"] = compared["physics"]
+    compared = pd.concat(parts, ignore_index=True).assign(instance=lambda own: own["physics"])
     pooled = []
     for _, group in groups(compared, "shape", "level", "policy"):
         n = group["physics"].nunique()
+        each = group.groupby("searcher")["physics"].transform("nunique")
         if n > 1:
-            pooled += [own for _, own in groups(group, "searcher") if own["physics"].nunique() == n]
-    return pd.concat([compared, *(own.assign(physics="") for own in pooled)], ignore_index=True)
+            pooled.append(group[each == n].assign(physics=""))
+    return pd.concat([compared, *pooled], ignore_index=True)
 
 
 def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
@@ -128,12 +118,13 @@ def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
     rows = []
     for key, group in groups(compared, *AXES[:4]):
         row = dict(zip(AXES, key, strict=False))
-        landscape = first(group, "landscape")
+        landscape: Any = group["landscape"].iat[0]
         row |= {"known": landscape is not None, "goal": np.nan}
         if row["physics"]:
-            row["goal"] = first(group, "goal")
+            row["goal"] = group["goal"].iat[0]
             if not np.isnan(row["level"]):
-                row["truth"] = noise.truth_of(row, given).note
+                row["truth"] = noise.truth_of(row, given)[1]
+            row |= {"finest": np.nan, "hard": np.nan}
             if landscape:
                 below = [row["goal"] - own[:, np.newaxis] for own in landscape.values()]
                 met = np.sum(below <= targets(row["goal"]), axis=1)
@@ -165,19 +156,14 @@ def _by_searcher(
     ]
 
 
-def _below(runs: pd.DataFrame, values: Array) -> Array:
-    """Return how far the best values of every run are below its goal, shape (n, m)."""
-    return np.asarray(runs["goal"].to_numpy()[:, np.newaxis] - values)
-
-
 def _judged(runs: pd.DataFrame, values: Array) -> tuple[Array, dict[str, Any]]:
     """Return what runs are judged by, and as columns its name, centre and band.
 
     The regret where it is known, else the best value.
     """
     measure = "best"
-    if first(runs, "landscape") is not None:
-        measure, values = "regret", _below(runs, values)
+    if runs["landscape"].iat[0] is not None:
+        measure, values = "regret", runs[["goal"]].to_numpy() - values
     low, high = band(values)
     return values, {"measure": measure, "iqm": iqm(values.T), "low": low, "high": high}
 
@@ -195,7 +181,7 @@ def anytime(section: pd.DataFrame) -> pd.DataFrame:
     parts = []
     for names, curves, runs in _by_searcher(section):
         values = best(curves, at)
-        share = ecdf(_below(runs, values), runs["goal"])
+        share = ecdf(runs[["goal"]].to_numpy() - values, runs["goal"])
         judged = _judged(runs, values)[1] if runs["instance"].nunique() == 1 else {}
         parts.append(pd.DataFrame({**names, "unique": at, "ecdf": share, **judged}))
     return pd.concat(parts, ignore_index=True)
@@ -220,7 +206,7 @@ def fixed_budget(section: pd.DataFrame) -> pd.DataFrame:
             "reached": np.mean(runs["unique"].to_numpy()[:, np.newaxis] >= at, axis=0),
             **judged,
             "mean": values.mean(axis=0),
-            "success": np.mean(_below(runs, best(curves, at)) == 0, axis=0),
+            "success": np.mean(best(curves, at) == runs[["goal"]].to_numpy(), axis=0),
         }
         table = pd.DataFrame({**names, "budget": at, "runs": len(runs), **columns})
         table.loc[at > runs["limit"].max(), [name for name in columns if name != "measure"]] = (
@@ -242,7 +228,7 @@ def fixed_target(section: pd.DataFrame) -> pd.DataFrame:
     rows = []
     is_one = section["instance"].nunique() == 1
     for names, curves, runs in _by_searcher(section):
-        landscape = first(runs, "landscape") if is_one else None
+        landscape: Any = runs["landscape"].iat[0] if is_one else None
         for share in FIXED_TARGETS:
             wanted = share * runs["goal"]
             at = first_at(curves, wanted)

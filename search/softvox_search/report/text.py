@@ -4,29 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from softvox_search.experiment.results import TEXT_COLUMNS, read_csv
 from softvox_search.report.curves import groups, records
 
-#: Columns of text in the CSV files: nothing in them stands for "", in all others for NaN.
-TEXT = (
-    "physics",
-    "shape",
-    "policy",
-    "searcher",
-    "terms",
-    "measure",
-    "a",
-    "b",
-    "name",
-    "run",
-    "truth",
-)
+#: Columns of text in the CSV files, but for those of runs.csv.
+TEXT = ("terms", "measure", "a", "b", "name", "truth")
 
 PLACES = 3  # of a regret: a thousandth of a voxel width
 
@@ -43,16 +32,9 @@ def csv(table: pd.DataFrame) -> bytes:
 
 def read(folder: Path) -> dict[str, pd.DataFrame]:
     """Return the tables of a report by name, as they stand in its folder tables."""
-    tables = {}
-    for path in sorted(folder.glob("*.csv")):
-        names = pd.read_csv(path, nrows=0).columns
-        tables[path.stem] = pd.read_csv(
-            path,
-            dtype={name: str for name in names if name in TEXT},
-            keep_default_na=False,
-            na_values={name: [""] for name in names if name not in TEXT},
-        )
-    return tables
+    return {
+        path.stem: read_csv(path, (*TEXT_COLUMNS, *TEXT)) for path in sorted(folder.glob("*.csv"))
+    }
 
 
 def escaped(label: object) -> str:
@@ -71,29 +53,23 @@ def fenced(command: str) -> str:
     return f"{fence}sh\n{command}\n{fence}"
 
 
-def markdown(rows: Sequence[Mapping[str, str]]) -> str:
+def markdown(rows: Iterable[dict[str, str]]) -> str:
     """Return rows of a table by column as Markdown, columns aligned, numbers to the right."""
-    columns = [[name, *(row[name] for row in rows)] for name in rows[0]]
+    table = pd.DataFrame(rows)
+    columns = [[name, *table[name]] for name in table]
     for i, column in enumerate(columns):
         width = max(3, *map(len, column))
-        is_number = i > 0 and any(map(_is_numeric, column[1:]))
+        is_number = i > 0 and any(re.match(r"[-<>* ]*[\d∞]", cell) for cell in column[1:])
         column.insert(1, "-" * (width - 1) + ":" if is_number else "-" * width)
         columns[i] = [cell.rjust(width) if is_number else cell.ljust(width) for cell in column]
     return "".join(f"| {' | '.join(line)} |\n" for line in zip(*columns, strict=True))
-
-
-def _is_numeric(text: str) -> bool:
-    return re.match(r"[-<>* ]*[\d∞]", text) is not None
 
 
 def number(value: float, places: int = 2) -> str:
     """Return a number with so many places; nothing where it is NaN."""
     if math.isnan(value):
         return ""
-    if math.isinf(value):
-        return "∞"
-    text = f"{value:.{places}f}"
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+    return "∞" if math.isinf(value) else f"{value:z.{places}f}"
 
 
 def with_band(value: float, low: float, high: float, places: int = 2) -> str:
@@ -107,12 +83,10 @@ def percent(share: float) -> str:
     """Return a share as whole percent, with 100 % and 0 % kept for all and none."""
     if math.isnan(share):
         return ""
-    rounded = round(100 * share)
-    if rounded == 100 and share < 1:
-        return "> 99 %"
-    if rounded == 0 and share > 0:
-        return "< 1 %"
-    return f"{rounded} %"
+    rounded = f"{100 * share:.0f} %"
+    return {("100 %", True): "> 99 %", ("0 %", True): "< 1 %"}.get(
+        (rounded, 0 < share < 1), rounded
+    )
 
 
 def probability(p: float) -> str:
@@ -122,40 +96,41 @@ def probability(p: float) -> str:
     return "< 0.0001" if p < 0.0001 else f"{p:.2g}"
 
 
+def budget(stated: Mapping[str, Any]) -> str:
+    """Return what a budget allows."""
+    return ", ".join(f"{name} {value}" for name, value in stated.items() if value)
+
+
 def overview(table: pd.DataFrame) -> str:
     """Return what every searcher used, of `tables.overview`."""
     columns = {"runs": "runs", "failed": "failed", "unique": "unique evaluations (median)"}
     columns |= {name: f"{name} (median)" for name in ("evaluations", "steps")}
     return markdown(
-        [
-            {**_labels(row, table), **{text: number(row[n], 0) for n, text in columns.items()}}
-            for row in records(table)
-        ]
+        {**_labels(row, table), **{text: number(row[n], 0) for n, text in columns.items()}}
+        for row in records(table)
     )
 
 
 def problems(table: pd.DataFrame) -> str:
     """Return what the best is worth on every problem, of `tables.problems`."""
-    which = {True: "the optimum", False: "the best that any run found"}
     return markdown(
-        [
-            {
-                **_labels(row, table),
-                "best fitness": number(row["goal"], 4),
-                "which is": which[row["known"]],
-            }
-            for row in records(table[table["physics"] != ""])
-        ]
+        {
+            **_labels(row, table),
+            "best fitness": number(row["goal"], 4),
+            "which is": "the optimum" if row["known"] else "the best that any run found",
+            "designs that meet the hardest target": number(row["finest"], 0),
+            "targets that at most four meet": number(row["hard"], 0),
+            **({"under noise": escaped(row["truth"])} if "truth" in row else {}),
+        }
+        for row in records(table[table["physics"] != ""])
     )
 
 
 def fixed_budget(table: pd.DataFrame) -> str:
     """Return the regret at fixed budgets, of `tables.fixed_budget` in one kind of terms."""
     return markdown(
-        [
-            {"searcher": escaped(name), **{f"{row['budget']}": _held(row) for row in records(own)}}
-            for (name,), own in groups(table, "searcher")
-        ]
+        {"searcher": escaped(name), **{f"{row['budget']}": _held(row) for row in records(own)}}
+        for (name,), own in groups(table, "searcher")
     )
 
 
@@ -189,7 +164,7 @@ def pairs(table: pd.DataFrame) -> str:
         mark = "**" if row["p_holm"] < 0.05 else ""
         square[a][b] = f"{mark}{row['a12']:.2f}{mark}"
         square[b][a] = f"{mark}{1 - row['a12']:.2f}{mark}"
-    return markdown(list(square.values()))
+    return markdown(square.values())
 
 
 def noise(table: pd.DataFrame) -> str:

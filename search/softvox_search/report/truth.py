@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,7 @@ def exact_fitness(physics: AnyPhysics = "published") -> dict[str, Array]:
 
     In class terms a design is worth the best of its symmetry class (turned about the vertical,
     mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best robot,
-    6453 (4.66), turned by a quarter.
-
-    Returns
-    -------
-    dict of ndarray, shape (6561,)
-        By terms; voxel widths, 0 where a design diverges. Read-only.
+    6453 (4.66), turned by a quarter. Voxel widths, 0 where a design diverges, of shape (6561,).
     """
     return _exact_fitness(Physics.of(physics))
 
@@ -46,46 +41,37 @@ def _exact_fitness(physics: Physics) -> dict[str, Array]:
     classes = symmetry_classes(reflections=True)
     best = np.zeros(len(raw))
     np.maximum.at(best, classes, raw)
-    exact = dict(zip(TERMS, (raw, best[classes]), strict=True))
-    for fitness in exact.values():
-        fitness.flags.writeable = False
-    return exact
+    return dict(zip(TERMS, (raw, best[classes]), strict=True))
 
 
-class Truth(NamedTuple):
-    """What designs are worth in a problem.
-
-    value : ndarray, shape (6561,), or None
-        Mean fitness of every design at the level of noise, voxel widths; NaN where it was not
-        measured. None where nothing is known.
-    note : str
-        Which design is best, or why nothing is known, in words.
-    """
-
-    value: Array | None
-    note: str
-
-
-def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> Truth:
+def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> tuple[Array | None, str]:
     """Return what designs are worth at a level of noise, as far as anybody knows.
 
     Level 0 is exact on the 2x2x2 lattice under any physics. The other levels are means over many
     draws, and have their standard error; they are known under the published physics.
+
+    Returns
+    -------
+    value : ndarray, shape (6561,), or None
+        Mean fitness of every design, voxel widths; NaN where it was not measured. None where
+        nothing is known.
+    note : str
+        Which design is best, or why nothing is known, in words.
     """
     if tuple(shape) != SHAPE:
-        return Truth(None, "no true values (not every design of this lattice was simulated)")
+        return None, "no true values (not every design of this lattice was simulated)"
     exactly = "(exact)"
     if level == 0:
         value = exact_fitness(physics)["raw"]
     elif Physics.of(physics) != Physics.published():
-        return Truth(None, "no true values (noise was measured under the published physics)")
+        return None, "no true values (noise was measured under the published physics)"
     else:
         try:
             table = softvox_gym.noisy_landscape(level)
         except ValueError as unknown:
-            return Truth(None, f"no true values ({unknown})")
+            return None, f"no true values ({unknown})"
         value = np.asarray(table["mean"], dtype=np.float64)
         row = table[np.nanargmax(value)]
         exactly = f"± {row['std'] / np.sqrt(row['draws']):.4f} (standard error)"
     best = int(np.nanargmax(value))
-    return Truth(value, f"the best is design {best}, {value[best]:.4f} {exactly}")
+    return value, f"the best is design {best}, {value[best]:.4f} {exactly}"

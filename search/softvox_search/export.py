@@ -12,12 +12,10 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from softvox_gym import Design
+from softvox_gym import Design, Lattice
 from softvox_gym.files import write_file
 from softvox_search.experiment.results import Results, write_csv
-from softvox_search.experiment.schema import Problem
+from softvox_search.report.curves import groups, improvements
 
 #: The version of the format.
 VERSION = "0.3.17"
@@ -28,18 +26,10 @@ def ioh(results: Results, out: Path) -> list[str]:
 
     A function is a level of noise, an instance is a physics and a shape (instances.csv lists
     them), the dimension is the number of sites. Of each run there are the evaluations that
-    improved on all before them by the value that the searcher was told, and the last one.
+    improved on all before them by the value that the searcher was told, and the last one. The
+    folder must exist.
 
-    Parameters
-    ----------
-    results : Results
-    out : Path
-        An existing folder.
-
-    Returns
-    -------
-    list of str
-        The files written, relative to the folder.
+    Returns the files written, relative to the folder.
 
     Raises
     ------
@@ -52,30 +42,26 @@ def ioh(results: Results, out: Path) -> list[str]:
     levels = list(dict.fromkeys(problem.level for problem in problems))
     instances = list(dict.fromkeys((one.physics, str(one.shape)) for one in problems))
     written = ["instances.csv"]
-    write_csv(
-        out / written[0],
-        ("instance", "physics", "shape"),
-        [(number, *names) for number, names in enumerate(instances, start=1)],
-    )
+    rows = [
+        {"instance": number, "physics": physics, "shape": shape}
+        for number, (physics, shape) in enumerate(instances, start=1)
+    ]
+    write_csv(out / written[0], list(rows[0]), rows)
     done = results.runs[results.runs["status"] == "ok"]
-    for (searcher, policy), runs in done.groupby(["searcher", "policy"], sort=False):
+    for (searcher, policy), runs in groups(done, "searcher", "policy"):
         algorithm = f"{searcher}, {policy}" if policy else str(searcher)
         for function, level in enumerate(levels, start=1):
-            here = [problem for problem in problems if problem.level == level]
+            here = runs[runs["level"].isna() if level is None else runs["level"] == level]
             name = "SoftVox" if level is None else f"SoftVox_noise_{level:g}"
             head = f"{_file_name(algorithm)}/IOHprofiler_f{function}_{name}.json"
             scenarios, data = [], {}
-            for sites in sorted({problem.shape.sites for problem in here}):
-                path = f"data_f{function}_{name}/IOHprofiler_f{function}_DIM{sites}.dat"
-                parts = [
-                    _run(results, row, problem, instances)
-                    for problem in here
-                    if problem.shape.sites == sites
-                    for row in _of(runs, problem)
-                ]
+            sites = here["shape"].map(lambda shape: _lattice(shape).sites)
+            for (number,), own in sorted(groups(here.assign(sites=sites), "sites")):
+                path = f"data_f{function}_{name}/IOHprofiler_f{function}_DIM{number}.dat"
+                parts = [_run(results, row, instances) for row in own.to_dict("records")]
                 data[path] = "".join(text for text, _ in parts)
                 facts = [fact for _, fact in parts]
-                scenarios.append({"dimension": sites, "path": path, "runs": facts})
+                scenarios.append({"dimension": int(number), "path": path, "runs": facts})
             meta = {
                 "version": VERSION,
                 "suite": "softvox-gym",
@@ -94,37 +80,27 @@ def ioh(results: Results, out: Path) -> list[str]:
     return written
 
 
-def _of(runs: Any, problem: Problem) -> list[Any]:
-    """Return the rows of the runs on a problem."""
-    level = runs["level"].isna() if problem.level is None else runs["level"] == problem.level
-    here = (runs["physics"] == problem.physics) & (runs["shape"] == str(problem.shape)) & level
-    return list(runs[here].itertuples())
-
-
 def _run(
-    results: Results, row: Any, problem: Problem, instances: list[tuple[str, str]]
+    results: Results, row: Any, instances: list[tuple[str, str]]
 ) -> tuple[str, dict[str, Any]]:
     """Return the rows of a run's data file, and what the JSON file says of it."""
-    log = results.evaluations(row.run)
-    values = log["fitness"]
-    best = np.maximum.accumulate(values)
-    improves = np.concatenate([[True], values[1:] > best[:-1]])
-    kept = np.flatnonzero(improves | (np.arange(len(values)) == len(values) - 1))
-    lines = [f"{log['sequence'][i]} {float(values[i])!r}" for i in kept]
-    found = int(np.argmax(values))
-    design = log["design"][found]
-    key = design if isinstance(design, str) else int(design)
-    digits = Design(key, shape=problem.shape).digits
+    log = results.evaluations(row["run"])
+    at, values = improvements(log["sequence"], log["fitness"])
+    best = {"evals": int(at[-1]), "y": float(values[-1])}
+    lines = [f"{i} {float(value)!r}" for i, value in zip(at, values, strict=True)]
+    if at[-1] < len(log["fitness"]):
+        lines.append(f"{log['sequence'][-1]} {float(log['fitness'][-1])!r}")
+    design = Design(log["design"][at[-1] - 1], shape=_lattice(row["shape"]))
     facts = {
-        "instance": 1 + instances.index((problem.physics, str(problem.shape))),
-        "evals": int(row.evaluations),
-        "best": {
-            "evals": int(log["sequence"][found]),
-            "y": float(values[found]),
-            "x": [int(digit) for digit in digits],
-        },
+        "instance": 1 + instances.index((row["physics"], row["shape"])),
+        "evals": int(row["evaluations"]),
+        "best": {**best, "x": [int(digit) for digit in design.digits]},
     }
     return "\n".join(["evaluations raw_y", *lines]) + "\n", facts
+
+
+def _lattice(shape: str) -> Lattice:
+    return Lattice.of([int(side) for side in shape.split("x")])
 
 
 def _file_name(text: str) -> str:
