@@ -52,7 +52,8 @@ def test_ctrl_c_ends_a_landscape_that_is_being_computed():
             response = connection.getresponse()
             assert b"progress" in response.readline()
             process.send_signal(signal.SIGINT)
-            response.read()
+            with pytest.raises(http.client.IncompleteRead):
+                response.read()
             connection.close()
             _, errors = process.communicate(timeout=20)
         finally:

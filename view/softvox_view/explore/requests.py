@@ -16,9 +16,6 @@ from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.noise import tilted
 from softvox_gym.physics import SPECS, Bounds, ParameterError, ParameterSpec
 
-#: Evaluations that a path may have: more would hide the map.
-MOST_BUDGET = 2000
-
 #: Python's filters of warnings are one for all threads.
 _warnings = threading.Lock()
 
@@ -41,9 +38,9 @@ _SHOWN = [
     _degrees("downhill", 360, "downhill towards", (-180, 180, 5)),
 ]
 
+#: More than 2000 evaluations would hide the map.
 _NUMBERS = {
-    spec.name: spec
-    for spec in (*_SHOWN, _whole("seed", 0, 10**15), _whole("budget", 1, MOST_BUDGET))
+    spec.name: spec for spec in (*_SHOWN, _whole("seed", 0, 10**15), _whole("budget", 1, 2000))
 }
 
 #: The sliders of the page, in order; the number beside one takes whatever the physics takes.
