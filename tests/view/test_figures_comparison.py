@@ -4,8 +4,7 @@ import io
 import numpy as np
 import pytest
 
-from softvox_view.comparison import as_csv, as_lines, compare, short
-from softvox_view.tracks_csv import RealTrack
+from softvox_view.real_tracks import RealTrack, as_csv, as_lines, compare, short
 
 PER_CYCLE = 4
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Collection, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
@@ -16,16 +15,11 @@ from softvox_gym.progress import Progress
 from softvox_view.cli.options import add_results, read_results
 from softvox_view.figures import FIGURES, Inputs, files_of, make
 
-if TYPE_CHECKING:
-    from softvox_view.tracks_csv import RealTrack
-
 #: What the figure search needs.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
 
 #: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
 FORMATS = ("png", "pdf")
-
-OUT = Path("figures")
 
 _NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
 
@@ -56,7 +50,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="figures (default: all)")
     parser.add_argument(
-        "--out", type=Path, default=OUT, metavar="DIR", help=f"folder (default: {OUT})"
+        "--out", type=Path, default=Path("figures"), metavar="DIR", help="default: figures"
     )
     parser.add_argument(
         "--format",
@@ -89,7 +83,13 @@ def run(args: Namespace) -> int:
             import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
-    inputs = Inputs(tracks=_tracks(args.tracks), results=read_results(args.results))
+    from softvox_view.figures.tracks import CYCLES, designs_of
+    from softvox_view.real_tracks import read_tracks
+
+    with bad_input("--tracks"):
+        tracks = read_tracks(args.tracks, most_cycles=CYCLES)
+        designs_of(tracks)
+    inputs = Inputs(tracks=tracks, results=read_results(args.results))
     with bad_input("--out"):
         expected = [f"{name}.{form}" for name in names for form in formats]
         check_folder(args.out, expected, force=args.force)
@@ -104,50 +104,30 @@ def run(args: Namespace) -> int:
             lines += drawing.lines
     with bad_input("--out"):
         write_folder(args.out, files, force=args.force)
-        _drop_pages(args.out, names, formats, files)
+        # Pages of an earlier figure that had more of them would lie beside new ones.
+        for form in formats if "tracks" in names else ():
+            for page in args.out.glob(f"tracks_[0-9]*.{form}"):
+                if page.name not in files:
+                    page.unlink()
     print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
     return 0
 
 
-def _tracks(paths: Sequence[Path]) -> tuple[RealTrack, ...]:
-    if not paths:
-        return ()
-    from softvox_view.figures import tracks
-    from softvox_view.tracks_csv import read_tracks
-
-    with bad_input("--tracks"):
-        real = read_tracks(paths, most_cycles=tracks.CYCLES)
-        tracks.designs_of(real)
-    return real
-
-
-def _drop_pages(
-    out: Path, names: Sequence[str], formats: Sequence[str], written: Collection[str]
-) -> None:
-    """Remove pages of an earlier figure that had more of them; beside new ones they would lie."""
-    for form in formats if "tracks" in names else ():
-        for page in out.glob(f"tracks_[0-9]*.{form}"):
-            if page.name not in written:
-                page.unlink()
-
-
 def _names(args: Namespace) -> list[str]:
     """Return the figures to draw, and make sure that each is given what it is made of."""
-    names = list(dict.fromkeys(args.names))
+    given = {"search": bool(args.results), "tracks": bool(args.tracks)}
+    names = list(dict.fromkeys(args.names)) or [
+        name for name in FIGURES if name != "search" or given[name]
+    ]
     for name in names:
         if name not in FIGURES:
             raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
-    if not names:
-        names = [name for name in FIGURES if name != "search" or args.results]
-    if "search" in names and not args.results:
+    if "search" in names and not given["search"]:
         raise BadInputError(
             "the figure search is made from results; give --results DIR, a folder that "
             "softvox compare has written"
         )
-    for option, given, name in (
-        ("--results", args.results, "search"),
-        ("--tracks", args.tracks, "tracks"),
-    ):
-        if given and name not in names:
+    for name, option in (("search", "--results"), ("tracks", "--tracks")):
+        if given[name] and name not in names:
             raise BadInputError(f"{option} is for the figure {name}; name that as well")
     return names

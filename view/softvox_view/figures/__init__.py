@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from softvox_search.experiment.results import Results
-    from softvox_view.tracks_csv import RealTrack
+    from softvox_view.real_tracks import RealTrack
 
 #: Every figure and what it shows.
 FIGURES = {
@@ -30,7 +30,10 @@ FIGURES = {
 }
 
 #: The module here with a figure's function `draw_NAME`, where it is not called as the figure is.
-MODULES = dict.fromkeys(("heatmap", "classes", "heading", "robustness"), "maps")
+MODULES = {
+    **dict.fromkeys(("heatmap", "classes", "heading", "robustness"), "maps"),
+    **dict.fromkeys(("gallery", "volume"), "robots"),
+}
 
 
 @dataclass(frozen=True)

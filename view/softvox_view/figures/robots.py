@@ -1,25 +1,54 @@
-"""Pictures of robots as built; and the robots that tracks and volumes are shown of."""
+"""Robots as built, the published gallery of them; and their volume over a cycle of actuation."""
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
 from functools import lru_cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym.design import Design
+from softvox_gym.design import ABSENT, Design
 from softvox_gym.landscapes.analysis.graph import all_digits
 from softvox_gym.landscapes.analysis.symmetry import symmetries
+from softvox_gym.physics import ACTUATIONS, Physics
 from softvox_gym.rendering import render
+from softvox_gym.simulation import simulate
+from softvox_view.figures import Inputs, style
 from softvox_view.replay.data import rest_pose
+
+Array = NDArray[np.float64]
 
 BODIES = 9
 
 #: Voxel widths from the camera to the middle of the lattice: the lattice fills the picture.
 DISTANCE = 6.6
 MIDDLE = (1.0, 1.0, 0.86)
+
+#: Columns of the gallery.
+ACROSS = 10
+
+#: Inches of a cell: the picture, what is cut away at its sides, where there is only floor, and the
+#: two lines under it.
+CELL, CAPTION = style.WIDTH / ACROSS, 0.27
+MARGIN = 0.02 * CELL
+
+#: The cycle shown, counted from 0: the first one starts from rest; time steps between frames.
+CYCLE, EVERY = 1, 2
+
+#: By mode: an own line and lightness.
+LOOKS = {
+    "hold": {"color": "#000000", "ls": "-", "lw": 1.6},
+    "clamp": {"color": "#D55E00", "ls": "--", "lw": 1.4},
+    "expand_and_contract": {"color": "#56B4E9", "ls": "-.", "lw": 1.4},
+}
 
 
 @lru_cache(maxsize=1)
@@ -49,4 +78,75 @@ def picture(design: Design, size: int) -> NDArray[np.uint8]:
         rest_pose(design.array), width=size, height=size, look_at=MIDDLE, distance=DISTANCE
     )
     made.flags.writeable = False
+    return made
+
+
+def published() -> list[tuple[Design, str]]:
+    """Return the published top hundred in their order: each design and its fitness as printed."""
+    path = files("softvox_gym") / "data" / "authors" / "published_top100.csv"
+    rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
+    return [(Design(int(row["design"])), row["fitness"]) for row in rows]
+
+
+def draw_gallery(_: Inputs) -> Figure:
+    """Draw ten by ten robots as built, in the paper's order, the fitness under each."""
+    robots = published()
+    height = -(-len(robots) // ACROSS) * (CELL + CAPTION)
+    made = style.figure(style.WIDTH, height, layout=None)
+    axis = made.add_axes((0, 0, 1, 1))
+    under: dict[str, Any] = {"ha": "center", "va": "top"}
+    for i, (design, fitness) in enumerate(robots):
+        left, top = i % ACROSS * CELL, i // ACROSS * (CELL + CAPTION)
+        x, y, foot = left + CELL / 2, top + CELL / 2, top + CELL
+        half = CELL / 2 - MARGIN
+        shown = picture(design, round(style.DPI * CELL))
+        extent = (x - half, x + half, y + half, y - half)
+        axis.imshow(shown, extent=extent, interpolation="antialiased")
+        axis.text(x, foot + 0.02, fitness, size=style.SMALL, color=style.INK, **under)
+        axis.text(x, foot + 0.135, f"{design.index}", size=style.TINY, color=style.GREY, **under)
+    axis.set(xlim=(0, style.WIDTH), ylim=(height, 0))
+    axis.set_axis_off()
+    return made
+
+
+def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple[Array, Array]:
+    """Return times (k,), 0 to 1 cycles, and volumes (n, k): cubed edges, relative to rest."""
+    physics = replace(Physics.published(), actuation=actuation).lasting(CYCLE + 2)
+    result = simulate(designs, physics, frames=EVERY)
+    frames = result.frames
+    assert frames is not None
+    cycle = (frames.time[0] - physics.settle_time) * float(physics.frequency_hz) - CYCLE
+    shown = (cycle >= 0) & (cycle <= 1)
+    present = result.designs[:, np.newaxis] != ABSENT
+    cubes = np.where(present, (frames.edge[:, shown] / physics.edge) ** 3, 0.0)
+    sites = (-3, -2, -1)
+    return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
+
+
+def draw_volume(_: Inputs) -> Figure:
+    """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
+    made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
+    left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
+    for mode in ACTUATIONS:
+        time, volume = relative_volume([Design("20000000")], mode)
+        left.plot(time, volume[0], label=mode.replace("_", " "), **LOOKS[mode])
+    left.legend(loc="upper right")
+    left.set_title("a\N{DOUBLE PRIME}  one active voxel, by mode of actuation", loc="left")
+    left.set_ylabel("volume relative to rest")
+    # A line per share of active voxels; robots that share it lie on each other.
+    designs = best_of_bodies()
+    time, volume = relative_volume(designs)
+    shares = np.array([Fraction(design.n_active, design.n_voxels) for design in designs])
+    for line, share in enumerate(sorted(set(shares), reverse=True)):
+        places = np.flatnonzero(shares == share)
+        names = ", ".join(str(designs[i].index) for i in places)
+        looks = {"color": str(0.14 * line), "ls": ("-", "--", "-.", ":")[line % 4], "lw": 1.3}
+        right.plot(time, volume[places[0]], label=f"{share} active: {names}", **looks)
+    right.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)
+    right.set_title("b\N{DOUBLE PRIME}  the best of nine bodies, mode hold", loc="left")
+    for axis in (left, right):
+        axis.set_xlabel("time, cycles")
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.axhline(1, color=style.PALE, lw=0.8, zorder=0)
+        axis.set_xlim(0, 1)
     return made

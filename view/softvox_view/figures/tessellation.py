@@ -53,10 +53,17 @@ def draw_tessellation(_: Inputs) -> Figure:
 def _sites(axis: Axes) -> None:
     """Draw the lattice as eight cubes set apart, each with the digit that fills it."""
     right, back, up = np.array([1.0, 0.0]), np.array([0.52, 0.38]), np.array([0.0, 1.0])
+    faces = (
+        ((0 * up, right, right + up, up), "#F4F4F4"),
+        ((up, right + up, right + up + back, up + back), "#E2E2E2"),
+        ((right, right + back, right + back + up, right + up), "#CFCFCF"),
+    )
     for site in sorted(range(LATTICE.sites), key=lambda i: (-(i >> 1 & 1), i >> 2, i & 1)):
         x, y, z = site & 1, site >> 1 & 1, site >> 2
         corner = 1.75 * x * right + 2.3 * y * back + 1.75 * z * up
-        _cube(axis, corner, right, back, up)
+        for points, shade in faces:
+            face = [corner + point for point in points]
+            axis.fill(*np.transpose(face), fc=shade, ec=style.INK, lw=0.7)
         x_middle, y_middle = corner + (right + up) / 2
         axis.text(x_middle, y_middle, f"$d_{site}$", ha="center", va="center", size=9)
     start, arrow = np.array([-0.75, -0.75]), {"arrowstyle": "<-", "lw": 0.8, "shrinkB": 0}
@@ -68,16 +75,6 @@ def _sites(axis: Axes) -> None:
     axis.set_axis_off()
     handles = [Patch(fc=colour, ec=style.INK, lw=0.6, label=name) for name, colour in MATERIALS]
     axis.legend(handles=handles, loc="lower right", handlelength=1.0, handleheight=1.0)
-
-
-def _cube(axis: Axes, corner: Any, right: Any, back: Any, up: Any) -> None:
-    faces = (
-        ((0 * up, right, right + up, up), "#F4F4F4"),
-        ((up, right + up, right + up + back, up + back), "#E2E2E2"),
-        ((right, right + back, right + back + up, right + up), "#CFCFCF"),
-    )
-    for points, shade in faces:
-        axis.fill(*np.transpose([corner + p for p in points]), fc=shade, ec=style.INK, lw=0.7)
 
 
 def _whole(axis: Axes) -> None:

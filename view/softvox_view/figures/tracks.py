@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -15,10 +17,18 @@ from numpy.typing import NDArray
 from softvox_gym.design import Design
 from softvox_gym.physics import Physics
 from softvox_gym.simulation import simulate
-from softvox_view.comparison import Compared, as_csv, as_lines, compare, short, track_at
 from softvox_view.figures import Drawing, Inputs, labels, style
 from softvox_view.figures.robots import best_of_bodies, picture
-from softvox_view.tracks_csv import COLUMNS, RealTrack
+from softvox_view.real_tracks import (
+    COLUMNS,
+    Compared,
+    RealTrack,
+    as_csv,
+    as_lines,
+    compare,
+    short,
+    track_at,
+)
 
 CYCLES, PER_CYCLE = 23, 50
 
@@ -30,6 +40,9 @@ ACROSS, PER_PAGE = 3, 12
 
 #: Designs of real tracks that are none of the nine have panels of their own, up to so many.
 MOST_MORE = 99
+
+#: Of panels: a, b, ... z, aa, ab, ...
+NAMES = [*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2))]
 
 #: Inches: of a row of panels, of what is below all rows, and of the legend above.
 ROW, FOOT, LEGEND = 2.24, 0.18, 0.36
@@ -97,13 +110,13 @@ def draw_tracks(inputs: Inputs) -> Drawing:
         tables["tracks_compared.csv"] = as_csv(rows)
     panels = [
         Panel(
-            _letters(i),
+            name,
             design,
             simulated[design.index],
             [track for track in inputs.tracks if track.design == design.index],
             [row for row in rows if row.design == design.index],
         )
-        for i, design in enumerate(designs)
+        for name, design in zip(NAMES, designs, strict=False)
     ]
     half = max(map(_half, simulated.values()))
     figures = {
@@ -123,12 +136,6 @@ def _middle(points: Array) -> Array:
 def _half(points: Array) -> float:
     """Return half of a side, cm, in which some points (n, 2) have room."""
     return max((1 + MARGIN) * float(np.ptp(points, axis=0).max()) / 2, LEAST_HALF)
-
-
-def _letters(i: int) -> str:
-    """Return a, b, ... z, aa, ab, ... from 0 on."""
-    before = _letters(i // 26 - 1) if i >= 26 else ""
-    return before + "abcdefghijklmnopqrstuvwxyz"[i % 26]
 
 
 def designs_of(real: Sequence[RealTrack]) -> list[Design]:

@@ -15,7 +15,7 @@ from softvox_view.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = [f"{name}.js" for name in ("pump", "shaders", "camera", "scene", "input", "player")]
+MODULES = [f"{name}.js" for name in ("shaders", "camera", "scene", "input", "player")]
 
 
 def page(

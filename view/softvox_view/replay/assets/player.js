@@ -11,7 +11,6 @@
  */
 
 import { HELP, listen } from "./input.js";
-import { PUMP, showPhase } from "./pump.js";
 import { Scene } from "./scene.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
@@ -25,11 +24,20 @@ Switch on hardware acceleration in its settings, or take another browser.`;
 const LOST = `The browser took the graphics away, as it does where many moving pictures are open; here
 is a still one. Close some, or reload the page.`;
 
+// The phase of the pump: one cycle of its sine, and a dot at where it is.
+const sine = (phase) => 26 - 20 * Math.sin(2 * Math.PI * phase);
+const WAVE = Array.from({ length: 47 }, (_, i) => `${4 + 2 * i} ${sine(i / 46)}`).join("L");
+
 const CONTROLS = `
   <div class="softvox-stage">
     <canvas tabindex="0" role="application"></canvas>
     <div class="softvox-labels"></div>
-    ${PUMP}
+    <svg class="softvox-pump" viewBox="0 0 100 64" role="img" aria-label="phase of the pump">
+      <path stroke-dasharray="3 3" stroke-width="0.8" d="M4 26 H96"></path>
+      <path stroke-width="1.6" d="M${WAVE}"></path>
+      <circle r="4.5"></circle>
+      <text x="50" y="60" text-anchor="middle"></text>
+    </svg>
   </div>
   <div class="softvox-controls">
     <button type="button" class="play"></button>
@@ -49,7 +57,7 @@ export class SoftvoxPlayer {
   #fallback; // what the element held before
   #still = null; // the address of a picture of the recording
   #listeners = new AbortController();
-  #sizes = null; // ResizeObserver
+  #sizes = new ResizeObserver(() => this.#draw());
   #scene = null;
   #recording = null;
   #view = { ...VIEW };
@@ -74,6 +82,7 @@ export class SoftvoxPlayer {
     const canvas = this.#find("canvas");
     canvas.title = HELP;
     this.#scene = Scene.on(canvas);
+    this.#sizes.observe(canvas);
     const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
     this.#find(".speed").replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
     this.#find(".speed").value = String(speed);
@@ -86,22 +95,18 @@ export class SoftvoxPlayer {
     }
   }
 
-  /** Whether the robots can be drawn: false where the browser has no WebGL 2. */
   get supported() {
     return this.#scene !== null;
   }
 
-  /** The frame shown, from 0. */
   get frame() {
     return this.#frame;
   }
 
-  /** How many frames the recording has. */
   get frames() {
     return this.#recording?.frames ?? 0;
   }
 
-  /** Whether the clock runs. */
   get playing() {
     return this.#tick !== 0;
   }
@@ -175,12 +180,11 @@ export class SoftvoxPlayer {
     this.seek(this.#frame + frames);
   }
 
-  /** Run the clock unless the reader asked for reduced motion. */
+  /** Play unless the reader asked for reduced motion. */
   autoplay() {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
-  /** Stop the clock. */
   pause() {
     cancelAnimationFrame(this.#tick);
     this.#tick = 0;
@@ -218,7 +222,7 @@ export class SoftvoxPlayer {
   destroy() {
     this.pause();
     this.#listeners.abort();
-    this.#sizes?.disconnect();
+    this.#sizes.disconnect();
     this.#scene?.destroy();
     this.#scene = null;
     this.#recording = null;
@@ -250,8 +254,6 @@ export class SoftvoxPlayer {
       this.#cover(LOST);
       this.#show(this.#frame);
     });
-    this.#sizes = new ResizeObserver(() => this.#draw());
-    this.#sizes.observe(canvas);
   }
 
   get #names() {
@@ -282,7 +284,11 @@ export class SoftvoxPlayer {
     this.#find(".frame").value = frame;
     this.#find(".clock").textContent = `${time.toFixed(2)} s`;
     this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
-    showPhase(this.#find(".softvox-pump"), cycle, time < settle);
+    this.#find(".softvox-pump").classList.toggle("settling", time < settle);
+    this.#find(".softvox-pump circle").setAttribute("cx", 4 + 92 * (cycle % 1));
+    this.#find(".softvox-pump circle").setAttribute("cy", sine(cycle % 1));
+    const words = time < settle ? "settling" : `cycle ${Math.floor(cycle + 1e-9) + 1}`;
+    this.#find(".softvox-pump text").textContent = words;
     this.#element.dispatchEvent(new CustomEvent("frame", { detail: { frame, time, cycle } }));
   }
 

@@ -195,12 +195,9 @@ function arranged(count, width, height) {
   const side = (n) => Math.min(width / n, height / Math.ceil(count / n));
   let columns = 1;
   for (let n = 2; n <= count; n++) if (side(n) > side(columns)) columns = n;
-  const rows = Math.ceil(count / columns);
-  const split = (length, i, n) => [Math.round((length * i) / n), Math.round((length * (i + 1)) / n)];
+  const size = { width: Math.floor(width / columns), height: Math.floor(height / Math.ceil(count / columns)) };
   return Array.from({ length: count }, (_, i) => {
-    const [left, right] = split(width, i % columns, columns);
-    const [top, bottom] = split(height, Math.floor(i / columns), rows);
-    return { left, top, width: right - left, height: bottom - top };
+    return { left: (i % columns) * size.width, top: Math.floor(i / columns) * size.height, ...size };
   });
 }
 
