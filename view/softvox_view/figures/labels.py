@@ -28,7 +28,7 @@ def put(axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: 
         text = axis.text(
             0, 0, word, size=style.TINY, transform=axis.transAxes, parse_math=False, va="bottom"
         )
-        size = text.get_window_extent().size / axis.bbox.size
+        size = np.divide(text.get_window_extent().size, axis.bbox.size)
         across, up = (np.arange(ROOM, 1 - ROOM - side, STEP) for side in size)
         low = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
         for box in clear:

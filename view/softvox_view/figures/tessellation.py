@@ -69,7 +69,7 @@ def _sites(axis: Axes) -> None:
     start, arrow = np.array([-0.75, -0.75]), {"arrowstyle": "<-", "lw": 0.8, "shrinkB": 0}
     for along, name in ((right, "x"), (back, "y"), (up, "z")):
         end = start + 0.95 * along / np.hypot(*along)
-        axis.annotate(name, start, end, arrowprops=arrow, ha="center", va="center")
+        axis.annotate(name, tuple(start), tuple(end), arrowprops=arrow, ha="center", va="center")
     axis.set(xlim=(-1.0, 4.9), ylim=(-1.0, 4.3), aspect="equal")
     axis.set_title("a  the sites, a digit for each", loc="left")
     axis.set_axis_off()
