@@ -330,7 +330,7 @@ class Exits(VectorWrapper):
     ("name", "message"),
     [
         ("Drops", "own_wrappers:Drops, on published 2x2x2: fails with KeyError: 'displacement'"),
-        ("Silent", "own_wrappers:Silent, on published 2x2x2: Silent doesn't say whether two"),
+        ("Silent", "on published 2x2x2: Silent doesn't say whether two evaluations"),
         ("Breaks", "fails with RuntimeError: no luck"),
         ("Exits", "fails with SystemExit: 3"),
         ("Gone", "module own_wrappers has no class or function 'Gone'"),
