@@ -35,7 +35,7 @@ def test_it_tells_its_address_and_ends_cleanly_when_stopped(number, status, said
             host, port = re.search(r"//([^:]+):(\d+)/", line).groups()
             with socket.create_connection((host, int(port)), timeout=10):  # must not hold it up
                 process.send_signal(number)
-                _, errors = process.communicate(timeout=20)
+                _, errors = process.communicate(timeout=90)
         finally:
             process.kill()
     assert process.returncode == status
@@ -47,7 +47,7 @@ def test_ctrl_c_ends_a_landscape_that_is_being_computed():
     with started() as process:
         try:
             host = re.search(r"//(\S+)/", process.stdout.readline())[1]
-            connection = http.client.HTTPConnection(host, timeout=20)
+            connection = http.client.HTTPConnection(host, timeout=90)
             connection.request("GET", "/api/landscape?gravity=-2")
             response = connection.getresponse()
             assert b"progress" in response.readline()
@@ -55,7 +55,7 @@ def test_ctrl_c_ends_a_landscape_that_is_being_computed():
             with pytest.raises(http.client.IncompleteRead):
                 response.read()
             connection.close()
-            _, errors = process.communicate(timeout=20)
+            _, errors = process.communicate(timeout=90)
         finally:
             process.kill()
     assert (process.returncode, errors) == (0, "")

@@ -25,7 +25,7 @@ def softvox(monkeypatch, capsys, tmp_path):
     """Return what runs the command in a folder of its own: (status, output, error)."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(softvox_gym.cli, "COMMANDS", (replay,))
-    monkeypatch.setattr(softvox_gym.cli, "_further_commands", lambda: iter(()))
+    monkeypatch.setattr(softvox_gym.cli, "entry_points", lambda **_: ())
 
     def run(*arguments):
         status = softvox_gym.cli.main(["replay", *arguments])

@@ -66,10 +66,12 @@ def _sites(axis: Axes) -> None:
             axis.fill(*np.transpose(face), fc=shade, ec=style.INK, lw=0.7)
         x_middle, y_middle = corner + (right + up) / 2
         axis.text(x_middle, y_middle, f"$d_{site}$", ha="center", va="center", size=9)
-    start, arrow = np.array([-0.75, -0.75]), {"arrowstyle": "<-", "lw": 0.8, "shrinkB": 0}
+    start, arrow = np.array([-0.75, -0.75]), {"arrowstyle": "->", "lw": 0.8, "shrinkA": 0}
     for along, name in ((right, "x"), (back, "y"), (up, "z")):
-        end = start + 0.95 * along / np.hypot(*along)
-        axis.annotate(name, tuple(start), tuple(end), arrowprops=arrow, ha="center", va="center")
+        unit = along / np.hypot(*along)
+        axis.annotate("", tuple(start + 0.75 * unit), tuple(start), arrowprops=arrow)
+        x, y = start + 0.95 * unit
+        axis.text(x, y, name, ha="center", va="center")
     axis.set(xlim=(-1.0, 4.9), ylim=(-1.0, 4.3), aspect="equal")
     axis.set_title("a  the sites, a digit for each", loc="left")
     axis.set_axis_off()
