@@ -95,7 +95,7 @@ def test_a_gif_repeats_and_lasts_as_long_as_the_run_at_its_speed(softvox, tmp_pa
         pictures.append(np.asarray(film.convert("RGB")).astype(int))
     changes = [np.abs(b - a).max() for a, b in pairwise(pictures)]
     # The last moment is the end of the run, to which the frame before it is the nearest too. Where
-    # the pump turns the robot hardly moves: its shades differ then, of the one palette by few counts.
+    # the pump turns the robot hardly moves: shades of the one palette then differ by few counts.
     assert min(changes[:-1]) > 5
 
 
