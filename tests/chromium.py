@@ -26,7 +26,7 @@ FLAGS = [
 WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 NO_WEBGL = ["--disable-3d-apis"]
 
-PATIENCE = 30  # s; the slowest, a landscape, takes two on two processors
+PATIENCE = 90  # s: the machine may do much else
 
 MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None] + [
     name for name in ("selenium",) if find_spec(name) is None
