@@ -135,6 +135,8 @@ class Evaluation:
         They count as if all had been simulated, so that a budget means the same with and without
         noise.
         """
+        if trials == 1:
+            return self
         names = ("fitness", "displacement", "track", "steps")
         columns: Any = {name: np.repeat(getattr(self, name), trials, axis=1) for name in names}
         return replace(self, **columns)

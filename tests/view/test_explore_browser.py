@@ -112,9 +112,16 @@ def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, se
 
 def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, served):
     opened(driver, served)
+    # Watched from within: where the landscape is at hand, progress is seen for a blink only.
+    driver.execute_script(
+        """window.progressSeen = false;
+        const row = document.getElementById("progress-row");
+        new MutationObserver(() => { window.progressSeen ||= !row.hidden; })
+            .observe(row, { attributes: true });"""
+    )
     entered(driver, "#value-gravity", "-3")
-    until(lambda: not shown(driver, "progress-row", "hidden"))
     until(lambda: applied(driver) == {"gravity": "-3"})
+    assert driver.execute_script("return window.progressSeen")
     fitness = gravity_of_3(served)
     before = softvox_gym.landscape()["fitness"]
     top = [set(np.argsort(-values, kind="stable")[:100]) for values in (before, fitness)]

@@ -6,29 +6,21 @@ import argparse
 import re
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import whole_number
-from softvox_gym.cli.signals import Stopped
-from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.cli.terminal import complain
 from softvox_gym.engine import default_threads
-from softvox_gym.files import OutputError, check_folder
-from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_search.cli.own_code import look_in, prints_aside
+from softvox_search.cli.results import check_report, make_folder, needs, report, warn, writing
 
 if TYPE_CHECKING:
     from softvox_search.experiment.compare import Outcome, Part
 
 RESULTS = Path("results")
-
-#: Say a warning of one line.
-warn = partial(complain, "warning")
 
 #: As many failed runs are named; all are in failed.csv.
 MOST_NAMED = 5
@@ -87,8 +79,6 @@ name = "random"
 name = "ga"
 options = { population = [20, 50] }
 """
-
-KEPT = "what is done is kept; the same command goes on"
 
 EPILOG = f"""\
 FILE.toml, with what holds where a key is left out in brackets:
@@ -215,59 +205,6 @@ def summary(
     if outcome.files:
         lines.append(f"wrote into {folder}: {', '.join(outcome.files)}")
     return "\n".join(lines)
-
-
-@contextmanager
-def needs(command: str) -> Iterator[None]:
-    """Say in one line which package is missing."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        raise BadInputError(missing(command, error)) from error
-
-
-def check_report() -> None:
-    """Make sure before the runs that there can be a report on them."""
-    try:
-        from softvox_search.report import figures, page  # noqa: F401
-    except Exception as error:
-        raise BadInputError(
-            f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "
-            "--no-report"
-        ) from error
-
-
-def report(folder: Path) -> list[str]:
-    """Write the report on the results in a folder; return the names of what is to be read."""
-    from softvox_search import report
-    from softvox_search.experiment.results import read
-
-    with prints_aside():
-        report.write(folder, read(folder))
-    return ["report.md"]
-
-
-@contextmanager
-def writing(folder: Path) -> Iterator[None]:
-    """Say of what can't be written where that is, and of any end that nothing done is lost."""
-    try:
-        yield
-    except Stopped as stop:
-        stop.add_note(KEPT)
-        raise
-    except OutputError as error:
-        raise BadInputError(f"{error}; {KEPT}") from error
-    except OSError as error:
-        why = error.strerror or error
-        raise BadInputError(f"cannot write into {folder}: {why}; {KEPT}") from error
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder of results, and its parents, where they don't exist."""
-    with bad_input("--out"):
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        check_folder(folder, (), force=True)
-        folder.mkdir(exist_ok=True)
 
 
 def _command(file: Path) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder
-from softvox_search.cli.compare import make_folder, needs
+from softvox_search.cli.results import make_folder, needs
 
 DESCRIPTION = """\
 Write the results of softvox compare in the format of IOHprofiler, which

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from softvox_search.cli.compare import needs, warn
+from softvox_search.cli.results import needs, warn
 
 DESCRIPTION = """\
 Show how the searchers of any number of folders of results stand, a table per

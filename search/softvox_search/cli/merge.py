@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.terminal import complain
-from softvox_search.cli.compare import check_report, make_folder, needs, report, warn, writing
 from softvox_search.cli.own_code import look_in
+from softvox_search.cli.results import check_report, make_folder, needs, report, warn, writing
 
 DESCRIPTION = """\
 Put together what softvox compare FILE.toml --part K/N has written, into one

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
 import socket
 import threading
 import webbrowser
 from argparse import Namespace
+from contextlib import closing
 from typing import Any
 
 from softvox_gym.cli.parser import add_threads
@@ -71,11 +73,13 @@ def run(args: Namespace) -> int:
     state = args.state.rpartition("#")[2]
     address = f"http://127.0.0.1:{listener.getsockname()[1]}/" + (f"#{state}" if state else "")
     try:
-        print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
-        if not args.no_browser:
-            # Some browsers keep their caller waiting, and the server must answer meanwhile.
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        explorer.server().run(sockets=[listener])
+        # Closed, as Python complains of a coroutine that Ctrl-C keeps from being started.
+        with closing(explorer.server().serve(sockets=[listener])) as serving:
+            print(f"the landscape is at {address}\nCtrl-C ends it", flush=True)
+            if not args.no_browser:
+                # Some browsers keep their caller waiting, and the server must answer meanwhile.
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+            asyncio.run(serving)
     except Stopped as stop:
         if stop.number != signal.SIGINT:
             raise

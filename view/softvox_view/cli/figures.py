@@ -6,7 +6,7 @@ import sys
 from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
@@ -14,6 +14,9 @@ from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_view.cli.options import add_results, read_results
 from softvox_view.figures import FIGURES, Inputs, files_of, make
+
+if TYPE_CHECKING:
+    from softvox_view.real_tracks import RealTrack
 
 #: What the figure search needs.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
@@ -83,13 +86,7 @@ def run(args: Namespace) -> int:
             import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
-    from softvox_view.figures.tracks import CYCLES, designs_of
-    from softvox_view.real_tracks import read_tracks
-
-    with bad_input("--tracks"):
-        tracks = read_tracks(args.tracks, most_cycles=CYCLES)
-        designs_of(tracks)
-    inputs = Inputs(tracks=tracks, results=read_results(args.results))
+    inputs = Inputs(tracks=_tracks(args.tracks), results=read_results(args.results))
     with bad_input("--out"):
         expected = [f"{name}.{form}" for name in names for form in formats]
         check_folder(args.out, expected, force=args.force)
@@ -111,6 +108,19 @@ def run(args: Namespace) -> int:
                     page.unlink()
     print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
     return 0
+
+
+def _tracks(files: list[Path]) -> tuple[RealTrack, ...]:
+    """Return the tracks of real robots."""
+    if not files:
+        return ()
+    from softvox_view.figures.tracks import CYCLES, designs_of
+    from softvox_view.real_tracks import read_tracks
+
+    with bad_input("--tracks"):
+        tracks = read_tracks(files, most_cycles=CYCLES)
+        designs_of(tracks)
+    return tracks
 
 
 def _names(args: Namespace) -> list[str]:

@@ -125,10 +125,10 @@ export function wordsOf(parameters) {
 
 /** All designs as they are now, as CSV; the numbers carry every bit. */
 export function csvOf(atlas, { dx, dy, fitness }) {
-  const head = "design,digits,dx,dy,fitness,status,fitness_published,mean_under_noise";
+  const head = "design,digits,dx,dy,fitness,diverged,fitness_published,mean_under_noise";
   const rows = fitness.map((value, i) => {
-    const status = value === null ? "diverged" : "ok";
-    return [i, digitsOf(i), dx[i], dy[i], value, status, atlas.fitness[i], atlas.noise[i]].join(",");
+    const diverged = value === null ? "True" : "False";
+    return [i, digitsOf(i), dx[i], dy[i], value, diverged, atlas.fitness[i], atlas.noise[i]].join(",");
   });
   return new Blob([[head, ...rows, ""].join("\n")], { type: "text/csv" });
 }
