@@ -26,6 +26,9 @@ FLAGS = [
 WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 NO_WEBGL = ["--disable-3d-apis"]
 
+#: Robots stand still until played: drawing them would keep all processors busy.
+STILL = ["--force-prefers-reduced-motion"]
+
 PATIENCE = 90  # s: the machine may do much else
 
 MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None] + [

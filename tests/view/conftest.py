@@ -1,7 +1,7 @@
 """The app and a browser to meet it with, for the tests of `softvox explore`."""
 
 import pytest
-from chromium import WEBGL, chromium
+from chromium import STILL, WEBGL, chromium
 
 
 @pytest.fixture(scope="module")
@@ -16,6 +16,6 @@ def served():
 def driver():
     from explore_page import DESKTOP, sized
 
-    with chromium(*WEBGL, width=1300, height=900) as driver:
+    with chromium(*WEBGL, *STILL, width=1300, height=900) as driver:
         sized(driver, *DESKTOP)
         yield driver
