@@ -23,7 +23,9 @@ test: $(VENV)/installed
 # Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
 LOWEST_TESTS ?= tests/test_bits.py tests/test_physics.py tests/test_simulate.py \
 	tests/test_evaluation.py tests/envs tests/landscapes tests/search/test_adapters.py \
-	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py
+	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
+	tests/search/test_results.py tests/search/test_report_tables.py tests/view/test_figures_cli.py \
+	tests/view/test_replay_command.py tests/view/test_explore_server.py
 test-lowest:
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \

@@ -1,5 +1,6 @@
 """evaluate() tries designs as the environments do, and repeats itself to the bit."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -112,6 +113,12 @@ def test_a_perturbation_of_ones_own_reaches_the_physics():
     assert again.fitness.tobytes() == evaluation.fitness[0].tobytes()
 
 
+def test_it_shows_itself_in_one_line():
+    shown = repr(evaluate(DESIGNS[:2], perturbations=[Jakobi(0)], trials=3))
+    assert re.fullmatch(r"Evaluation\(2 designs on 2x2x2, trials: 3, best \d\.\d\d\)", shown)
+    assert repr(evaluate([])) == "Evaluation(0 designs on 2x2x2, trials: 1)"
+
+
 def test_no_designs_give_an_empty_evaluation():
     evaluation = evaluate([], perturbations=[Jakobi()], trials=2)
     assert len(evaluation) == 0
@@ -129,6 +136,12 @@ def test_a_large_lattice_is_evaluated_by_its_digits():
     ("options", "error", "message"),
     [
         ({"trials": 0}, ValueError, "trials must be at least 1"),
+        ({"trials": 10**9}, ValueError, "trials must be at least 1 and at most 10000000"),
+        ({"trials": 6 * 10**6}, ValueError, "2 designs of 6000000 trials are 12000000 in all"),
+        ({"perturbations": Jakobi()}, TypeError, "perturbations must be a sequence of objects"),
+        ({"perturbations": [Jakobi]}, TypeError, "perturbations must be a sequence of objects"),
+        ({"perturbations": ["jakobi"]}, TypeError, "perturbations must be a sequence of objects"),
+        ({"seed": "hello"}, TypeError, "seed must be a whole number"),
         ({"trials": 1.5}, TypeError, "trials must be a whole number"),
         ({"aggregate": "median"}, ValueError, "the aggregates are mean, min, q10"),
         ({"physics": "publishd"}, ValueError, "presets are published, exact"),

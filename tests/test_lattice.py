@@ -41,6 +41,14 @@ def test_int64_ends_after_39_sites():
     assert not Lattice.of((40, 1, 1)).has_int64_numbers
 
 
+def test_sides_are_checked_wherever_they_come_from():
+    for shape in ((10**6,) * 3, Lattice(10**6, 10**6, 10**6)):
+        with pytest.raises(ValueError, match="sites, and at most 1000000 are taken"):
+            Design(0, shape=shape)
+    with pytest.raises(ValueError, match="positive sides"):
+        Lattice.of(Lattice(-2, -2, 2))
+
+
 @pytest.mark.parametrize("number", [-1, 27, 2**70])
 def test_a_number_that_no_design_has_is_refused(number):
     with pytest.raises(ValueError, match=r"outside 0 \.\.\. 26, the designs of a 3x1x1 lattice"):

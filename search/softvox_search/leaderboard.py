@@ -46,7 +46,7 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
         if not has_logs:
             notes.append(
                 f"{results.folder} has no runs/, so that found and ert are not known; "
-                f"{results.command} makes them"
+                f"{results.repair} makes them"
             )
         for row in results.runs[results.runs["status"] == "ok"].to_dict("records"):
             level = None if np.isnan(row["level"]) else row["level"]

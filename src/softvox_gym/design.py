@@ -195,7 +195,7 @@ def _check_length(what: str, length: int, lattice: Lattice) -> None:
     if length != lattice.sites:
         raise ValueError(
             f"{what} has {length} digits, but a {lattice} lattice has {lattice.sites} sites; "
-            "give shape=(nx, ny, nz) for another lattice"
+            "Design(..., shape=(nx, ny, nz)) is on another"
         )
 
 
@@ -339,7 +339,7 @@ def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.
     raise ValueError(
         f"designs must be an array of shape (n,) of design numbers, (n, {own.sites}) of digits or "
         f"(n, {', '.join(map(str, lattice)) if lattice else 'nx, ny, nz'}) of digits, "
-        f"got shape {array.shape}; give shape=(nx, ny, nz) for another lattice"
+        f"got shape {array.shape}; Design(..., shape=(nx, ny, nz)) is on another lattice"
     )
 
 

@@ -20,6 +20,9 @@ Array: TypeAlias = NDArray[np.float64]
 PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
 Seed: TypeAlias = int | Sequence[np.random.Generator] | None
 
+#: Trials of all designs in one call; their tracks alone are some gigabytes.
+MOST_TRIALS = 10**7
+
 #: Samples of a track per cycle of actuation.
 SAMPLES_PER_CYCLE = 1
 
@@ -62,7 +65,7 @@ def standard_error(values: Array) -> Array:
     return np.asarray(values.std(axis=-1, ddof=1) / np.sqrt(n))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Evaluation:
     """What became of n designs, each tried k times.
 
@@ -96,6 +99,11 @@ class Evaluation:
 
     def __len__(self) -> int:
         return len(self.designs)
+
+    def __repr__(self) -> str:
+        n, k = self.fitness.shape
+        best = f", best {self.value.max():.2f}" if n else ""
+        return f"Evaluation({n} designs on {self.lattice}, trials: {k}{best})"
 
     @property
     def lattice(self) -> Lattice:
@@ -197,9 +205,16 @@ def evaluate(
     """
     stack = stack_of(designs, shape=shape)
     nominal = single_physics(physics)
-    check_count("trials", trials, least=1)
+    check_count("trials", trials, least=1, most=MOST_TRIALS)
+    if trials * len(stack) > MOST_TRIALS:
+        raise ValueError(
+            f"{len(stack)} designs of {trials} trials are {trials * len(stack)} in all, and at "
+            f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
+        )
     aggregate_of(aggregate)
-    generators = _generators(seed, len(stack)) if perturbations else []
+    perturbations = _perturbations(perturbations)
+    is_seeded = bool(perturbations) or seed is not None
+    generators = _generators(seed, len(stack)) if is_seeded else []
     samples = sample_count(nominal, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):
@@ -245,6 +260,19 @@ def single_physics(physics: PhysicsLike) -> Physics:
             "softvox_gym.simulate takes arrays"
         )
     return made
+
+
+def _perturbations(given: Sequence[Perturbation]) -> list[Perturbation]:
+    """Return what was given where it is a sequence of perturbations."""
+    perturbations = list(given) if isinstance(given, Sequence) else [None]
+    for one in perturbations:
+        methods = (getattr(one, name, None) for name in ("disturb", "measure"))
+        if isinstance(one, type) or not all(map(callable, methods)):
+            raise TypeError(
+                "perturbations must be a sequence of objects with the methods disturb and measure, "
+                f"as [softvox_gym.noise.Jakobi(1.0)], got {given!r}"
+            )
+    return perturbations
 
 
 def _generators(seed: Seed, n: int) -> list[np.random.Generator]:

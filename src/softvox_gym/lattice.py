@@ -52,8 +52,6 @@ class Lattice(NamedTuple):
             Where these are not three positive whole numbers, or the lattice has more than a
             million sites.
         """
-        if isinstance(shape, cls):
-            return shape
         try:
             nx, ny, nz = (as_index(side) for side in shape)
         except (TypeError, ValueError):

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
+from textwrap import fill, indent
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -246,6 +247,10 @@ def _strain_per_cycle(trials: Trials, draws: Array, amount: float) -> Trials:
 AMOUNTS = {source.name: source.default for source in SOURCES}
 
 
+def _inset(text: str, by: int = 4) -> str:
+    return indent(text, " " * by)
+
+
 @dataclass(frozen=True, init=False)
 class Jakobi:
     """Noise on what a real robot and its floor have differently each time, drawn for every trial.
@@ -255,7 +260,9 @@ class Jakobi:
     level : float
         0 is no noise, 1 the assumed real variability, 2 double it.
     **amounts
-        At level 1, by the names of `AMOUNTS`; `SOURCES` tells what each is.
+        At level 1:
+
+        {sources}
 
     Raises
     ------
@@ -333,6 +340,13 @@ class MeasurementNoise:
     def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
         """Return the fitness with an error on every value; nothing is drawn where sigma is 0."""
         return fitness + self.sigma * normal(rng, fitness.shape) if self.sigma else fitness
+
+
+if Jakobi.__doc__:
+    _listed = [
+        f"{s.name} : float, default {s.default}\n{_inset(fill(s.about, 88))}" for s in SOURCES
+    ]
+    Jakobi.__doc__ = Jakobi.__doc__.format(sources=_inset("\n".join(_listed), 8).lstrip())
 
 
 def tilted(gravity: Array, tilt: Array, downhill: Array) -> Array:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorWrapper
 from test_vector_env import assert_same
 
 import softvox_gym
@@ -416,6 +416,48 @@ def test_an_action_that_is_refused_draws_nothing():
                 env.step(np.full(8, 3))
         rewards.append(env.step(BEST)[1])
     assert rewards[0] == rewards[1]
+
+
+class Copies(gym.ActionWrapper):
+    """Makes another array, or a list, of every action."""
+
+    def __init__(self, env, make):
+        super().__init__(env)
+        self.action = make
+
+
+LOSES = {
+    "array": np.array,
+    "list": list,
+    "where": lambda action: np.where(action > 1, 2, action),
+    "concatenate": lambda action: np.concatenate([action[:4], action[4:]]),
+}
+
+
+@pytest.mark.parametrize("stack", [("JakobiNoise", {}), ("Resample", {"n": 3})], ids=str)
+@pytest.mark.parametrize("make", LOSES.values(), ids=LOSES)
+def test_what_is_asked_is_not_lost_unsaid(make, stack):
+    env = wrapped(Copies(gym.make(softvox_gym.ENV_ID), make), [stack], wrappers)
+    env.reset(seed=1)
+    with pytest.raises(TypeError, match=f"what {stack[0]} asks of the environment is lost"):
+        env.step(BEST)
+    around = Copies(single([stack]), make)
+    around.reset(seed=1)
+    usual = single([stack])
+    usual.reset(seed=1)
+    assert around.step(BEST)[1] == usual.step(BEST)[1]
+
+
+def test_what_is_asked_of_a_vector_is_not_lost_unsaid():
+    class Lists(VectorWrapper):
+        def step(self, actions):
+            return self.env.step(actions.tolist())
+
+    env = gym.make_vec(softvox_gym.ENV_ID, num_envs=2, autoreset_mode=AutoresetMode.SAME_STEP)
+    env = vector.Resample(vector.JakobiNoise(Lists(env)), 2)
+    env.reset(seed=1)
+    with pytest.raises(TypeError, match="what JakobiNoise asks of the environment is lost"):
+        env.step([BEST, BEST])
 
 
 def test_wrappers_keep_nothing_from_step_to_step():

@@ -166,8 +166,17 @@ BAD = {
     "too many digits": (changed("entropy = 1", f"entropy = {'9' * 9999}"), "is not valid TOML"),
     "seeds huge": (
         changed("seeds = 3", f"seeds = {10**9}"),
-        "make 2000000001 runs, and at most 1000000 are taken; give fewer seeds",
+        "make 2000000001 runs, and at most 1000000 are taken; give fewer",
     ),
+    "sweeps huge": (
+        SMALL
+        + '[[searchers]]\nname = "ga"\noptions = { '
+        + ", ".join(f"{letter} = {list(range(100))}" for letter in "abcde")
+        + " }\n",
+        "runs, and at most 1000000 are taken; give fewer",
+    ),
+    "no physics": (changed("seeds = 3", "seeds = 3\nphysics = []"), "physics must be", "[]"),
+    "noise": (changed("seeds = 3", "seeds = 3\nnoise = [0, 1]"), "did you mean levels?"),
     "seeds 0": (changed("seeds = 3", "seeds = 0"), "seeds must be int >= 1, got 0"),
     "seeds true": (changed("seeds = 3", "seeds = true"), "seeds must be int", "got True"),
     "entropy text": (changed("entropy = 1", 'entropy = "x"'), "entropy must be int", "got 'x'"),

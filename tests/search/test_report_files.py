@@ -351,8 +351,8 @@ def texts_outside(figure):
 def test_no_text_is_cut_off(tmp_path, monkeypatch, searchers):
     drawn = []
     monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
-    runs = random_runs(searchers, 2, 40, levels=(0.0, 1.0), policies=("naive", "all"))
-    write(tmp_path, results(*runs))
+    axes = {"levels": (0.0, 1.0), "policies": ("naive", "all"), "shapes": ((2, 2, 2), (40, 1, 1))}
+    write(tmp_path, results(*random_runs(searchers, 2, 40, **axes)))
     assert len(drawn) > 6
     with style.style():
         assert [texts_outside(figure) for figure in drawn] == [[]] * len(drawn)

@@ -72,7 +72,7 @@ def test_a_damaged_run_is_set_aside_named_and_done_again_and_no_other(damage, sm
     with pytest.raises(ResultsError) as caught:
         read(out).evaluations(run)
     assert str(caught.value).startswith(f"{victim}: ")
-    assert str(caught.value).endswith(f"; {COMMAND} makes it again")
+    assert str(caught.value).endswith(f"; {COMMAND} --out {out} makes it again")
 
     outcome, said, here = run_here(small[0], out)
     assert (outcome.before, len(here.runs) - outcome.repeated) == (6, 1)

@@ -32,9 +32,10 @@ a summary of each (runs.csv), and the report (report.md).
 
 Only runs that are missing there are done: killed at any moment, the same
 command goes on where it was, and searchers, seeds or physics added to
-FILE.toml are added to the results. Before that up to five finished runs are
-done again, and must give the same bits. A run that raises an error is named,
-the others go on, and the exit status is 1; the same command tries it again.
+FILE.toml are added to the results. Before that some finished runs, one of
+every searcher at least, are done again, and must give the same bits. A run that
+raises an error is named, the others go on, and the exit status is 1; the same
+command tries it again.
 
 Searchers and wrappers of your own, package.module:Class, are looked for among
 what is installed, on PYTHONPATH, in the current folder and in that of
@@ -121,7 +122,7 @@ def add_parser(commands: Any) -> None:
     only.add_argument(
         "--report-only", action="store_true", help="make the report anew from what is there"
     )
-    only.add_argument("--check", action="store_true", help="only do up to five finished runs again")
+    only.add_argument("--check", action="store_true", help="only do some finished runs again")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
 

@@ -33,6 +33,11 @@ def check_report() -> None:
     try:
         from softvox_search.report import figures, page  # noqa: F401
     except Exception as error:
+        if isinstance(error, ModuleNotFoundError):
+            raise BadInputError(
+                missing("the report", error, ("matplotlib", "pandas", "scipy"))
+                + ", or give --no-report"
+            ) from error
         raise BadInputError(
             f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "
             "--no-report"

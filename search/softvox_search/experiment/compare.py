@@ -22,7 +22,8 @@ from softvox_search.experiment.results import Manifest, ResultsError, Say
 from softvox_search.experiment.run import identity, made_with
 from softvox_search.experiment.schema import Experiment, Run, UsageError, of_dict
 
-#: As many finished runs are done again, at most, before new ones are added.
+#: As many finished runs are done again before new ones are added; more where there are more
+#: searchers, of each of which there is one.
 SAMPLE = 5
 
 #: (3, 16) is the third of sixteen parts of the runs.
@@ -238,15 +239,15 @@ def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | No
 def _repeat(
     folder: Path, runs: dict[str, Run], done: Summaries, workers: int, outcome: Outcome
 ) -> None:
-    """Do a sample of the finished runs again, of as many searchers as can be, and compare the bits.
+    """Do a sample of the finished runs again, one of every searcher at least; compare the bits.
 
     Runs whose budget is in seconds are left out: they differ by nature.
     """
     repeatable = {run: one for run, one in runs.items() if one.is_repeatable}
     outcome.unrepeatable = len(runs) - len(repeatable)
-    firsts = {one.searcher.label: run for run, one in reversed(repeatable.items())}
-    chosen = dict.fromkeys([*sorted(firsts.values()), *repeatable])
-    sample = [(run, runs[run]) for run in list(chosen)[:SAMPLE]]
+    firsts = {one.searcher.name: run for run, one in reversed(repeatable.items())}
+    chosen = dict.fromkeys([*firsts.values(), *repeatable])
+    sample = [(run, runs[run]) for run in list(chosen)[: max(SAMPLE, len(firsts))]]
     with closing(do_all(sample, workers=workers)) as outcomes:
         for one in outcomes:
             if isinstance(one, Done) and one.summary["digest"] == done[one.run]["digest"]:

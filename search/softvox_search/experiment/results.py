@@ -55,7 +55,7 @@ class Manifest(msgspec.Struct, kw_only=True):
     """What is read of manifest.json, which has more."""
 
     experiment: dict[str, Any]  #: As `Experiment.to_dict` returns it.
-    command: str  #: What to type to make the results again.
+    command: str  #: What to type to make the results again; where is up to who types it.
     made_with: dict[str, Any]  #: As `run.made_with` returns it.
     code: str  #: Digest of the source.
     failed: list[str]  #: Identities of the runs that failed.
@@ -117,8 +117,13 @@ class Results:
             table = decode(path.read_bytes(), run)[1]
         except (OSError, ValueError) as error:
             why = error.strerror if isinstance(error, OSError) else error
-            raise ResultsError(f"{path}: {why}; {self.command} makes it again") from None
+            raise ResultsError(f"{path}: {why}; {self.repair} makes it again") from None
         return {name: table[name].to_numpy() for name in table.column_names}
+
+    @property
+    def repair(self) -> str:
+        """What to type to make what is missing of them."""
+        return f"{self.command} --out {self.folder}"
 
     @property
     def budgets(self) -> dict[str, dict[str, Any]]:
@@ -154,7 +159,8 @@ def read(folder: Path) -> Results:
     path = folder / RUNS
     if file_digest(path) != manifest.files[RUNS]:
         raise ResultsError(
-            f"{path} is not as it was written; {manifest.command} writes it again from the runs"
+            f"{path} is not as it was written; {manifest.command} --out {folder} writes it again "
+            "from the runs"
         )
     title = of_dict(manifest.experiment, str(folder / MANIFEST)).title
     runs = read_csv(path, TEXT_COLUMNS, recommended=_design, level=_number, believed=_number)
@@ -180,7 +186,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         command = data.get("command") if isinstance(data, dict) else None
         raise ResultsError(
             f"{path} is damaged: {' '.join(str(error).split())}; remove it, and "
-            f"{command or 'softvox compare FILE.toml'} writes it again from the runs"
+            f"{command or 'softvox compare FILE.toml'} --out {folder} writes it again from the runs"
         ) from None
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -83,6 +84,11 @@ class Searcher(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     seeds: Count | None = None
     budget: BudgetKeys = BudgetKeys()
 
+    @property
+    def combinations(self) -> int:
+        """How many searchers the options that are lists make."""
+        return prod(len(value) for value in self.options.values() if isinstance(value, list))
+
 
 class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The file, whose keys `softvox compare --help` explains."""
@@ -91,7 +97,9 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     entropy: Annotated[int, Meta(ge=0)] = 0
     title: str = ""
     budget: BudgetKeys
-    physics: str | dict[str, Any] | list[str | dict[str, Any]] = "published"
+    physics: str | dict[str, Any] | Annotated[list[str | dict[str, Any]], Meta(min_length=1)] = (
+        "published"
+    )
     shape: Annotated[list[Count | list[Count]], Meta(min_length=1)] = msgspec.field(
         default_factory=lambda: [2, 2, 2]
     )
@@ -107,7 +115,6 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     def problems(self) -> list[Problem]:
         """Return physics x shape x level, the level changing fastest."""
-        given = self.physics if isinstance(self.physics, list) else [self.physics]
         return [
             Problem(
                 physics=_label(physics),
@@ -117,8 +124,14 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
                 wrappers=tuple(self.wrappers),
                 table=self.table,
             )
-            for physics, shape, level in product(given, self.shapes(), self.levels or (None,))
+            for physics, shape, level in product(
+                self.physics_given(), self.shapes(), self.levels or (None,)
+            )
         ]
+
+    def physics_given(self) -> list[str | dict[str, Any]]:
+        """Return the physics, as they are written in the file."""
+        return self.physics if isinstance(self.physics, list) else [self.physics]
 
     def shapes(self) -> list[Lattice]:
         """Return the lattices."""
@@ -304,7 +317,7 @@ def _explained(message: str, data: dict[str, Any]) -> str:
             value = value[part]
             place += f"{part} "
     if unknown := re.search(r"unknown field `(.*)`", said):
-        hint = meant(unknown[1], keys)
+        hint = meant({"noise": "levels"}.get(unknown[1], unknown[1]), keys)
         return f"{place}has no key {unknown[1]}{hint}; its keys are {', '.join(keys)}"
     if missing := re.search(r"missing required field `(.*)`", said):
         return f"{place}lacks the key {missing[1]}"
@@ -326,14 +339,15 @@ def _check(experiment: Experiment) -> None:
         json.dumps(experiment.to_dict(), allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-    choices, problems = experiment.searcher_choices(), experiment.problems()
-    number = len(problems) * max(1, len(experiment.policies))
-    number *= sum(choice.seeds or 1 for choice in choices)
+    number = sum(row.combinations * (row.seeds or experiment.seeds) for row in experiment.searchers)
+    axes = (experiment.physics_given(), experiment.shapes(), experiment.levels, experiment.policies)
+    number *= prod(len(axis or (None,)) for axis in axes)
     if number > MOST_RUNS:
         raise ValueError(
             f"seeds, searchers, physics, shapes, levels and policies make {number} runs, and at "
-            f"most {MOST_RUNS} are taken; give fewer seeds"
+            f"most {MOST_RUNS} are taken; give fewer"
         )
+    choices, problems = experiment.searcher_choices(), experiment.problems()
     for choice in choices:
         choice.budget.checked()
     for problem in problems:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 
@@ -162,9 +163,10 @@ def line(label: str = "", **options: Any) -> Line2D:
 
 def legend(made: Figure, title: str, handles: list[Line2D]) -> None:
     """Put the title and the legend above the panels, where they cover nothing."""
+    width = int(made.get_figwidth() / scaled(0.085))
     made.legend(
         handles=handles,
-        title=title,
+        title=fill(title, width),
         loc="outside upper center",
         ncols=max(1, int(made.get_figwidth() // scaled(2.4))),
     )

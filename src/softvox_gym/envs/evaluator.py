@@ -45,10 +45,13 @@ class Action(NDArray[np.int64]):
         Of every trial.
     trials : int or None
         Per design; None where nobody asks for several, and so nobody wants to see each.
+    heard : list of True
+        What the environment puts something into when it gets to know; None where nothing is asked.
     """
 
     perturbations: tuple[Perturbation, ...] = ()
     trials: int | None = None
+    heard: list[bool] | None = None
 
     @classmethod
     def of(cls, action: ArrayLike) -> Self:
@@ -60,12 +63,14 @@ class Action(NDArray[np.int64]):
         """Keep what is asked for when an action is copied, transformed or taken apart."""
         self.perturbations = getattr(other, "perturbations", ())
         self.trials = getattr(other, "trials", None)
+        self.heard = getattr(other, "heard", None)
 
     def asking(self, *perturbations: Perturbation, trials: int | None = None) -> Self:
         """Return the action asking for more perturbations, or for trials."""
         asked = self.view()
         asked.perturbations = (*self.perturbations, *perturbations)
         asked.trials = self.trials if trials is None else trials
+        asked.heard = [] if self.heard is None else self.heard
         return asked
 
 
@@ -121,6 +126,8 @@ class Evaluator:
             For what is no batch of designs; nothing was drawn then.
         """
         actions = Action.of(actions)
+        if actions.heard is not None:
+            actions.heard.append(True)
         sites = self.lattice.sites
         if actions.dtype.kind not in "iu" or actions.ndim != 2 or actions.shape[1] != sites:
             raise ValueError(

@@ -46,9 +46,11 @@ class _Wrapper(
     def step(self, action: NDArray[np.int64]) -> Step:
         """Try the design; a step that only resets passes through."""
         asked = Action.of(action)
-        observation, reward, terminated, truncated, info = self.env.step(self.before(asked))
+        within = self.before(asked)
+        observation, reward, terminated, truncated, info = self.env.step(within)
         if "fitness" not in info:
             return observation, reward, terminated, truncated, info
+        self.check(within)
         columns = {key: np.asarray(value)[np.newaxis] for key, value in info.items()}
         rewards, changed = self.after(
             asked, np.array([reward], dtype=np.float64), columns, lambda: [self.np_random]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import Action, Evaluator
-from softvox_gym.evaluation import aggregate_of, measure, standard_error
+from softvox_gym.evaluation import MOST_TRIALS, aggregate_of, measure, standard_error
 from softvox_gym.noise import Jakobi, MeasurementNoise
 from softvox_gym.simulation import check_count
 
@@ -34,6 +34,21 @@ class Wrapping:
     def before(self, action: Action) -> Action:
         """Return the action, asking for more."""
         return action
+
+    def check(self, asked: Action) -> None:
+        """Make sure that the environment got to know what was asked of a step that it made.
+
+        Raises
+        ------
+        TypeError
+            Where it did not.
+        """
+        if asked.heard == []:
+            raise TypeError(
+                f"what {type(self).__name__} asks of the environment is lost on the way: a wrapper "
+                "inside it makes a new array or list of the action; put that wrapper around "
+                f"{type(self).__name__} instead"
+            )
 
     def after(
         self, action: Action, rewards: Array, infos: Columns, generators: Generators
@@ -69,7 +84,7 @@ class ResampleStep(Wrapping):
 
     def __init__(self, env: Any, n: int, aggregate: str = "mean") -> None:
         self.wrap(env, n=n, aggregate=aggregate)
-        check_count("n", n, least=1)
+        check_count("n", n, least=1, most=MOST_TRIALS)
         self.n = int(n)
         self.aggregate = aggregate
         self._aggregate = aggregate_of(aggregate)

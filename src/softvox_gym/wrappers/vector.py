@@ -31,10 +31,12 @@ class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since 
     def step(self, actions: NDArray[np.int64]) -> Batch:
         """Try the designs; of those that only reset nothing changes."""
         asked = Action.of(actions)
-        observations, rewards, terminated, truncated, infos = self.env.step(self.before(asked))
+        within = self.before(asked)
+        observations, rewards, terminated, truncated, infos = self.env.step(within)
         told: dict[str, Any] = infos.get("final_info", infos)
         if "fitness" not in told:
             return observations, rewards, terminated, truncated, infos
+        self.check(within)
         which = np.flatnonzero(told["_fitness"])
         of_those = {key: told[key][which] for key in told if f"_{key}" in told}
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
