@@ -336,7 +336,7 @@ def texts_outside(figure):
     for axis in figure.axes:
         texts += [axis.title, axis.xaxis.label, axis.yaxis.label]
     for legend in figure.legends:
-        texts += legend.get_texts()
+        texts += [*legend.get_texts(), legend.get_title()]
     inside = figure.bbox.padded(1)
     shown = [one for one in texts if one.get_text().strip()]
     assert len(shown) > 2
