@@ -8,6 +8,8 @@ from softvox_search.experiment.environments import Environments
 from softvox_search.experiment.results import read, read_manifest
 from softvox_search.experiment.run import do, made_with
 from softvox_search.experiment.schema import read as read_file
+from softvox_search.report import text
+from softvox_search.report.page import page
 
 BASELINES = Path(__file__).parents[2] / "baselines"
 NAMES = ("noise_free", "noise")
@@ -35,7 +37,7 @@ def test_a_slice_done_again_gives_the_same_bits(name):
         }, run
 
 
-@pytest.mark.parametrize(("name", "seeds"), [("noise_free", 100), ("noise", 20)])
+@pytest.mark.parametrize(("name", "seeds"), [("noise_free", 100), ("noise", 50)])
 def test_it_was_made_from_the_file_beside_it_with_enough_seeds_and_from_this_engine(name, seeds):
     manifest, experiment = read_manifest(BASELINES / name), read_file(BASELINES / f"{name}.toml")
     assert manifest.experiment == experiment.to_dict()
@@ -50,3 +52,11 @@ def test_every_table_and_figure_that_a_report_shows_is_there(name):
     shown = [part.split(")")[0] for part in text.split("](")[1:]]
     assert shown
     assert all((BASELINES / name / path).is_file() for path in shown)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_page_is_what_is_made_of_its_tables_today(name):
+    folder = BASELINES / name
+    pictures = [path.name for path in (folder / "figures").iterdir()]
+    made = page(read(folder), text.read(folder / "tables"), pictures)
+    assert (folder / "report.md").read_text(encoding="utf-8") == made

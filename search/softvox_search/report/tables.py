@@ -81,7 +81,10 @@ def overview(runs: pd.DataFrame) -> pd.DataFrame:
         runs[AXES].assign(runs=ok, failed=~ok, **used).groupby(AXES, dropna=False, sort=False)
     )
     how = {"runs": "sum", "failed": "sum"} | dict.fromkeys(used, "median")
-    return pd.DataFrame(grouped.agg(how).reset_index())
+    table = pd.DataFrame(grouped.agg(how).reset_index())
+    # Counts are whole, and exact in a file. Where a row has no finished runs they stay as they are.
+    whole = [name for name in used if table[name].notna().all()]
+    return table.assign(**{name: table[name].round().astype(np.int64) for name in whole})
 
 
 def sections(runs: pd.DataFrame) -> pd.DataFrame:
