@@ -284,6 +284,16 @@ def test_forced_it_throws_the_earlier_results_away(small, noisy, tmp_path):
     assert results(out) == {**results(small[1]), "notes.txt": b"mine"}
 
 
+def test_there_is_nothing_to_check_where_there_is_no_folder(tmp_path):
+    (tmp_path / "exp.toml").write_text(SMALL)
+    done = softvox("compare", "exp.toml", "--check", "--out", "none", cwd=tmp_path)
+    assert done.returncode == 2
+    assert (
+        done.stderr == "softvox: error: none is not there, and has no finished runs to do again\n"
+    )
+    assert not (tmp_path / "none").exists()
+
+
 def test_a_folder_with_anything_else_is_refused(small, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(UsageError, match="is not empty"):

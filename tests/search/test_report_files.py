@@ -362,5 +362,5 @@ def test_a_comparison_on_larger_lattices_alone_is_reported(tmp_path):
     files = written(tmp_path, results(*random_runs(["a", "b"], 3, 40, shapes=((3, 3, 3),))))
     check_links(files)
     page = files["report.md"].decode()
-    assert "the best that any run found" in page
+    assert "the best that any run was told" in page
     assert "\n## Best fitness over time\n" in page

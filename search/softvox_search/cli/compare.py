@@ -11,7 +11,7 @@ from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.parser import whole_number
-from softvox_gym.cli.terminal import complain
+from softvox_gym.cli.terminal import BadInputError, complain
 from softvox_gym.engine import default_threads
 from softvox_gym.progress import Progress
 from softvox_search.cli.own_code import look_in, prints_aside
@@ -153,7 +153,10 @@ def run(args: Namespace) -> int:
         return 0
     with prints_aside():
         check(experiment, str(args.file))
-    make_folder(folder)
+    if not args.check:
+        make_folder(folder)
+    elif not folder.is_dir():
+        raise BadInputError(f"{folder} is not there, and has no finished runs to do again")
     options = {"part": args.part, "check": args.check}
     with writing(folder):
         with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress:

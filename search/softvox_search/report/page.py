@@ -72,7 +72,7 @@ def page(results: Results, made: Tables, pictures: list[str]) -> str:
     if "problems" in made:
         problems = made["problems"]
         blocks += ["## Problems", _shown("problems", text.problems(problems)), "## Terms", TERMS]
-        if "noise_policies" in made:
+        if "noise_policies" in made and made["noise_policies"]["known"].any():
             ends = dict.fromkeys(name.rpartition("_level_")[0] for name in problems["name"])
             names = [f"{measure}{end}.png" for end in ends for measure in MEASURES]
             blocks += ["## What is recommended", NOISE, *_pictures(names, pictures)]

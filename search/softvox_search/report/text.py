@@ -117,7 +117,7 @@ def problems(table: pd.DataFrame) -> str:
         {
             **_labels(row, table),
             "best fitness": number(row["goal"], 4),
-            "which is": "the optimum" if row["known"] else "the best that any run found",
+            "which is": "the optimum" if row["known"] else "the best that any run was told",
             "designs that meet the hardest target": number(row["finest"], 0),
             "targets that at most four meet": number(row["hard"], 0),
             **({"under noise": escaped(row["truth"])} if "truth" in row else {}),
@@ -171,7 +171,7 @@ def noise(table: pd.DataFrame) -> str:
     """Return true regret and optimism, of `noise.by_searcher` or `noise.by_policy`."""
     tested = "true_regret_p" in table and table["true_regret_p"].notna().any()
     rows = []
-    for row in records(table):
+    for row in records(table[table["known"] > 0]):
         known = f"{row['known']}"
         if row["known"] < row["runs"]:
             known += f" ({known} of {row['runs']} known)"
