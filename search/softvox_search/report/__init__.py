@@ -40,5 +40,7 @@ def write(folder: Path, results: Results) -> list[str]:
         if contents:
             write_folder(folder / name, contents, force=True)
         written += [f"{name}/{file}" for file in contents]
-    write_file(folder / "report.md", page(results, made, list(pictures)).encode(), force=True)
+    # Of the tables as their files have them, so that the page can be made of these again.
+    text_of_page = page(results, text.read(folder / "tables"), list(pictures))
+    write_file(folder / "report.md", text_of_page.encode(), force=True)
     return [*written, "report.md"]
