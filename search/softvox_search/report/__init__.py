@@ -29,18 +29,16 @@ def write(folder: Path, results: Results) -> list[str]:
     from softvox_search.report import figures, style, tables, text
     from softvox_search.report.page import page
 
-    made = tables.make(results)
+    csv = {f"{name}.csv": text.csv(table) for name, table in tables.make(results).items()}
+    write_folder(folder / "tables", csv, force=True)
+    # Figures and page are of the tables as their files have them, and can be made of these again.
+    made = text.read(folder / "tables")
     with style.style():
         pictures = {
             f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
         }
-    files = {f"{name}.csv": text.csv(table) for name, table in made.items()}
-    written = []
-    for name, contents in (("tables", files), ("figures", pictures)):
-        if contents:
-            write_folder(folder / name, contents, force=True)
-        written += [f"{name}/{file}" for file in contents]
-    # Of the tables as their files have them, so that the page can be made of these again.
-    text_of_page = page(results, text.read(folder / "tables"), list(pictures))
-    write_file(folder / "report.md", text_of_page.encode(), force=True)
-    return [*written, "report.md"]
+    if pictures:
+        write_folder(folder / "figures", pictures, force=True)
+    write_file(folder / "report.md", page(results, made, list(pictures)).encode(), force=True)
+    named = {"tables": csv, "figures": pictures}
+    return [f"{name}/{file}" for name, files in named.items() for file in files] + ["report.md"]
