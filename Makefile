@@ -16,8 +16,9 @@ WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
 
+# Two processes, each a file of tests at a time: tests that share what is costly to make are in one.
 test: $(VENV)/installed
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 # Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own.
 # Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
