@@ -6,7 +6,7 @@ import socket
 import subprocess
 
 import pytest
-from cli_process import COMMAND, softvox
+from cli_process import COMMAND, hear_signals, softvox
 
 pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
@@ -20,6 +20,7 @@ def started(*arguments):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=hear_signals,
     )
 
 

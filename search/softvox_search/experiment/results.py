@@ -182,7 +182,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         return msgspec.convert(data, Manifest)
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except ValueError as error:  # msgspec.ValidationError is one
+    except (ValueError, msgspec.ValidationError) as error:  # which is a ValueError in some versions
         command = data.get("command") if isinstance(data, dict) else None
         raise ResultsError(
             f"{path} is damaged: {' '.join(str(error).split())}; remove it, and "
