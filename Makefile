@@ -67,7 +67,7 @@ sanitize: sdist
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
 		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
 		-k 'not every_instruction_set and not order_of_the_batch' tests/test_bits.py \
-		tests/test_laws.py tests/test_oracle.py tests/test_simulate.py tests/envs/test_vector_env.py
+		tests/test_laws.py tests/test_oracle.py tests/test_simulate.py
 
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
