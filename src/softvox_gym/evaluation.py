@@ -213,8 +213,7 @@ def evaluate(
         )
     aggregate_of(aggregate)
     perturbations = _perturbations(perturbations)
-    is_seeded = bool(perturbations) or seed is not None
-    generators = _generators(seed, len(stack)) if is_seeded else []
+    generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
     samples = sample_count(nominal, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):

@@ -339,7 +339,11 @@ class Exits(VectorWrapper):
     ("name", "message"),
     [
         ("Drops", "own_wrappers:Drops, on published 2x2x2: fails with KeyError: 'displacement'"),
-        ("Silent", "on published 2x2x2: Silent doesn't say whether two evaluations"),
+        (
+            "Silent",
+            "own_wrappers:Silent, FitnessNoise, on published 2x2x2: Silent doesn't say whether "
+            "two evaluations",
+        ),
         ("Breaks", "fails with RuntimeError: no luck"),
         ("Exits", "fails with SystemExit: 3"),
         ("Gone", "module own_wrappers has no class or function 'Gone'"),

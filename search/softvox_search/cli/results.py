@@ -32,12 +32,10 @@ def check_report() -> None:
     """Make sure before the runs that there can be a report on them."""
     try:
         from softvox_search.report import figures, page  # noqa: F401
+    except ModuleNotFoundError as error:
+        what = missing("the report", error, ("matplotlib", "pandas", "scipy"))
+        raise BadInputError(f"{what}, or give --no-report") from error
     except Exception as error:
-        if isinstance(error, ModuleNotFoundError):
-            raise BadInputError(
-                missing("the report", error, ("matplotlib", "pandas", "scipy"))
-                + ", or give --no-report"
-            ) from error
         raise BadInputError(
             f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "
             "--no-report"

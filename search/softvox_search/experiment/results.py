@@ -55,7 +55,7 @@ class Manifest(msgspec.Struct, kw_only=True):
     """What is read of manifest.json, which has more."""
 
     experiment: dict[str, Any]  #: As `Experiment.to_dict` returns it.
-    command: str  #: What to type to make the results again; where is up to who types it.
+    command: str  #: What to type to make the results again, but for --out.
     made_with: dict[str, Any]  #: As `run.made_with` returns it.
     code: str  #: Digest of the source.
     failed: list[str]  #: Identities of the runs that failed.
