@@ -10,7 +10,10 @@ from softvox_gym.landscapes.noisy import noisy_landscape
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
+from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Frames, Result, simulate
+from softvox_gym.step import step_error
+from softvox_gym.tasks import Task
 
 __all__ = [
     "Design",
@@ -18,11 +21,16 @@ __all__ = [
     "Frames",
     "Lattice",
     "Physics",
+    "Reality",
     "Result",
+    "Task",
     "evaluate",
     "landscape",
     "noisy_landscape",
+    "realities",
+    "reality",
     "simulate",
+    "step_error",
 ]
 
 __version__ = "0.1.0"

@@ -17,6 +17,9 @@ DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
 ABSENT, PASSIVE, ACTIVE = 0, 1, 2
 
+#: Of the smaller voxels of an active one; see `Design.refined`.
+EXPANSIONS = ("spherical", "uniform")
+
 
 class Design:
     """A robot on a lattice: one digit per site, 0 absent, 1 passive, 2 active.
@@ -154,6 +157,25 @@ class Design:
         """Mirror the robot in a plane across x (x becomes nx - 1 - x)."""
         return Design(self.array[::-1])
 
+    def refined(self, factor: int, *, expansion: str = "spherical") -> Design:
+        """Build every voxel of factor^3 smaller ones.
+
+        Parameters
+        ----------
+        factor : int
+            How many smaller voxels lie along an edge.
+        expansion : {"spherical", "uniform"}
+            Which of an active voxel's are active: the one in the middle, whose links to the six in
+            the middle of the faces then grow and shrink (an odd factor has one), or all.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For a factor that is not a positive whole number, or an even one of spherical expansion,
+            an unknown expansion, or a lattice of too many sites.
+        """
+        return Design(refined(self.array, factor, expansion=expansion))
+
     def canonical(self, *, reflections: bool = True) -> Design:
         """Return the one design that stands for all that look the same when turned (and mirrored).
 
@@ -174,6 +196,36 @@ class Design:
 
 _DIGIT_TO_CHARACTER = bytes.maketrans(bytes((0, 1, 2)), b"012")
 _CHARACTER_TO_DIGIT = bytes.maketrans(b"012", bytes((0, 1, 2)))
+
+
+def refined(
+    stack: NDArray[np.uint8], factor: int, *, expansion: str = "spherical"
+) -> NDArray[np.uint8]:
+    """Return designs as `Design.refined` does, digits of shape (..., nx, ny, nz)."""
+    factor = as_index(factor)
+    if factor < 1:
+        raise ValueError(f"factor must be a positive whole number, got {factor}")
+    if expansion not in EXPANSIONS:
+        raise ValueError(f"expansion must be one of {', '.join(EXPANSIONS)}, got {expansion!r}")
+    Lattice.of([factor * side for side in stack.shape[-3:]])
+    fine: NDArray[np.uint8] = repeated(stack, factor)
+    if expansion == "uniform":
+        return fine
+    if factor % 2 == 0:
+        raise ValueError(
+            f"factor must be odd where expansion is spherical, to have a middle; got {factor}"
+        )
+    middle = slice(factor // 2, None, factor)
+    made: NDArray[np.uint8] = np.minimum(fine, PASSIVE).astype(np.uint8)
+    made[..., middle, middle, middle] = stack
+    return made
+
+
+def repeated(values: NDArray[Any], factor: int) -> NDArray[Any]:
+    """Return what holds of every voxel, shape (..., nx, ny, nz), for its factor^3 smaller ones."""
+    for axis in (-3, -2, -1):
+        values = np.repeat(values, factor, axis=axis)
+    return values
 
 
 def as_html(value: Any) -> str | None:

@@ -13,15 +13,18 @@ from numpy.typing import NDArray
 from softvox_gym.design import stack_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
-from softvox_gym.physics import Physics
-from softvox_gym.simulation import Result, check_count, sample_count, simulate
+from softvox_gym.realities import PhysicsLike, Reality
+from softvox_gym.simulation import Result, check_count, sample_count
+from softvox_gym.tasks import Task
 
 Array: TypeAlias = NDArray[np.float64]
-PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
 Seed: TypeAlias = int | Sequence[np.random.Generator] | None
 
 #: Trials of all designs in one call; their tracks alone are some gigabytes.
 MOST_TRIALS = 10**7
+
+#: The task of the paper.
+DISPLACEMENT = Task()
 
 #: Samples of a track per cycle of actuation.
 SAMPLES_PER_CYCLE = 1
@@ -73,7 +76,7 @@ class Evaluation:
     ----------
     designs : ndarray of uint8, shape (n, nx, ny, nz)
     fitness : ndarray, shape (n, k)
-        As measured, voxel widths; 0 where the trial diverged.
+        What the task rewards, as measured, voxel widths; 0 where the trial diverged.
     displacement : ndarray, shape (n, k, 3)
         Voxel widths; NaN where it diverged.
     track : ndarray, shape (n, k, samples, 3)
@@ -152,9 +155,10 @@ class Evaluation:
 
 def evaluate(
     designs: Any,
-    physics: PhysicsLike = "published",
+    physics: PhysicsLike | Reality = "published",
     *,
     shape: Sequence[int] | None = None,
+    task: Task = DISPLACEMENT,
     perturbations: Sequence[Perturbation] = (),
     trials: int = 1,
     seed: Seed = None,
@@ -169,10 +173,13 @@ def evaluate(
     ----------
     designs : Design, int, str, sequence of these, or array_like
         As `simulate` takes them.
-    physics : str, dict or Physics
-        A preset's name, a dict of changes or a Physics, of single numbers.
+    physics : str, dict, Physics or Reality
+        A preset's name, a dict of changes or a Physics, of single numbers; or a
+        `softvox_gym.Reality`, which may say more than that.
     shape : (int, int, int), optional
         The lattice of design numbers and rows of digits; otherwise 2x2x2.
+    task : Task
+        What is rewarded: `softvox_gym.Task("directed", heading=90.0)`, or the displacement.
     perturbations : sequence of Perturbation
         What differs from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
         `MeasurementNoise(sigma=0.1)`; they act one after another.
@@ -204,7 +211,9 @@ def evaluate(
     (2, 64)
     """
     stack = stack_of(designs, shape=shape)
-    nominal = single_physics(physics)
+    reality = Reality.of(physics)
+    if not isinstance(task, Task):
+        raise TypeError(f"task must be a softvox_gym.Task, got {task!r}")
     check_count("trials", trials, least=1, most=MOST_TRIALS)
     if trials * len(stack) > MOST_TRIALS:
         raise ValueError(
@@ -214,21 +223,17 @@ def evaluate(
     aggregate_of(aggregate)
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
-    samples = sample_count(nominal, SAMPLES_PER_CYCLE)
+    samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):
-        result = simulate(stack, nominal, **options)
-        return _evaluation(stack, result, samples, aggregate).repeated(trials)
-    undisturbed = Trials.of(nominal, Lattice(*stack.shape[1:]), trials)
-    drawn = Trials.joined([_disturbed(undisturbed, perturbations, rng) for rng in generators])
-    result = simulate(
-        np.repeat(stack, trials, axis=0),
-        drawn.physics,
-        strain=drawn.strain,
-        phase=drawn.phase,
-        **options,
-    )
-    evaluation = _evaluation(stack, result, samples, aggregate)
+        result = reality.simulate(stack, **options)
+        return _evaluation(stack, result, samples, aggregate, task).repeated(trials)
+    drawn = [
+        _disturbed(reality.trials(design, trials), perturbations, rng)
+        for design, rng in zip(stack, generators, strict=True)
+    ]
+    result = reality.run(np.repeat(stack, trials, axis=0), Trials.joined(drawn), **options)
+    evaluation = _evaluation(stack, result, samples, aggregate, task)
     measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
     return evaluation
 
@@ -248,17 +253,6 @@ def measure(
         for perturbation in perturbations:
             measured = perturbation.measure(measured, rng)
         row[:] = np.where(lost, row, measured)
-
-
-def single_physics(physics: PhysicsLike) -> Physics:
-    """Return `Physics.of`, which all designs share; ValueError where a parameter is an array."""
-    made = Physics.of(physics)
-    if made.n_designs is not None:
-        raise ValueError(
-            "physics must hold single numbers here, not an array per design; "
-            "softvox_gym.simulate takes arrays"
-        )
-    return made
 
 
 def _perturbations(given: Sequence[Perturbation]) -> list[Perturbation]:
@@ -300,7 +294,7 @@ def _disturbed(
 
 
 def _evaluation(
-    stack: NDArray[np.uint8], result: Result, samples: int, aggregate: str
+    stack: NDArray[np.uint8], result: Result, samples: int, aggregate: str, task: Task
 ) -> Evaluation:
     """Return the evaluation of a simulation that has one or more rows for every design."""
     n = len(stack)
@@ -312,7 +306,7 @@ def _evaluation(
     track = np.where(np.isnan(track), result.displacement[:, np.newaxis], track)
     return Evaluation(
         designs=stack,
-        fitness=np.where(result.diverged, 0.0, result.fitness).reshape(n, k),
+        fitness=np.where(result.diverged, 0.0, task.reward(result.displacement)).reshape(n, k),
         displacement=result.displacement.reshape(n, k, 3),
         track=track.reshape(n, k, samples, 3),
         steps=result.steps.astype(np.int64).reshape(n, k),

@@ -207,7 +207,8 @@ class Physics:
     def of(cls, physics: str | Mapping[str, Any] | Physics) -> Physics:
         """Return the physics that a preset's name, a dict of fields or a Physics stands for.
 
-        A dict holds changes to `exact`, or to the preset that its key "preset" names.
+        A dict holds changes to `exact`, or to the preset that its key "preset" names; its key
+        "shear_ratio" gives the shear strength by `shear_ratio`.
 
         Raises
         ------
@@ -225,13 +226,17 @@ class Physics:
             )
         changes = dict(physics)
         base = cls.preset(changes.pop("preset", "exact"))
+        ratio = changes.pop("shear_ratio", None)
+        if ratio is not None and "shear_strength" in changes:
+            raise ValueError("physics has shear_strength and shear_ratio; give one of them")
         known = [spec.name for spec in SPECS]
         for name in changes:
             if name not in known:
                 raise ValueError(
                     f"physics has no parameter {name!r}; the parameters are {', '.join(known)}"
                 )
-        return replace(base, **changes)
+        made = replace(base, **changes)
+        return made if ratio is None else made.sheared(ratio)
 
     def __post_init__(self) -> None:
         for spec in SPECS:
@@ -322,6 +327,32 @@ class Physics:
         mass = np.asarray(self.density) * np.float64(self.edge) ** 3
         step = np.asarray(self.time_step_fraction) / (2 * pi * np.sqrt(stiffness / mass))
         return float(step) if step.ndim == 0 else step
+
+    @property
+    def weight(self) -> Parameter:
+        """Weight of a voxel, N."""
+        pull = np.linalg.norm(self.gravity_vector, axis=-1)
+        weight = np.asarray(self.density) * np.float64(self.edge) ** 3 * pull
+        return float(weight) if np.ndim(weight) == 0 else np.asarray(weight)
+
+    @property
+    def shear_ratio(self) -> Parameter:
+        """T*, the shear strength of a voxel's face over its weight; infinite without weight."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.asarray(self.shear_strength) * self.edge**2 / np.asarray(self.weight)
+        return float(ratio) if ratio.ndim == 0 else ratio
+
+    def sheared(self, ratio: float) -> Physics:
+        """Return the same physics with the shear strength that makes `shear_ratio` this.
+
+        Raises
+        ------
+        ParameterError
+            Where the ratio is not finite and at least 0.
+        """
+        if not isinstance(ratio, (int, float, np.number)) or not 0 <= ratio < np.inf:
+            raise ParameterError("shear_ratio", f"must be {NOT_NEGATIVE.words}, got {ratio!r}")
+        return replace(self, shear_strength=ratio * np.asarray(self.weight) / self.edge**2)
 
     @property
     def cycles(self) -> Parameter:

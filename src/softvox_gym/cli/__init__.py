@@ -20,12 +20,12 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 import softvox_gym
-from softvox_gym.cli import landscape, robustness, simulate, verify
+from softvox_gym.cli import landscape, reality, robustness, simulate, verify
 from softvox_gym.cli.parser import Parser, readable
 from softvox_gym.cli.signals import Stopped, stoppable
 from softvox_gym.cli.terminal import BadInputError, complain, degrade_output, one_line_warnings
 
-COMMANDS = (landscape, robustness, simulate, verify)
+COMMANDS = (landscape, reality, robustness, simulate, verify)
 
 #: How a command is called; also as wide as the column of their names.
 COMMAND = "COMMAND [options]"
@@ -46,6 +46,7 @@ examples:
   softvox landscape --physics exact --gravity -1.62 --out moon
   softvox simulate 6453        the best design: fitness and track
   softvox simulate 00021222 --frames best.npz
+  softvox reality              how the landscape changes in other worlds
   softvox search --searcher hill_climber --seed 1 --budget 500
   softvox compare baselines/noise_free.toml
 

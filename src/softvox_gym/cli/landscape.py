@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.terminal import bad_input
@@ -19,6 +20,7 @@ from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, compute
 from softvox_gym.manifest import digest, provenance
 from softvox_gym.progress import Progress
+from softvox_gym.step import halved
 
 TABLE, MANIFEST = FILES = ("landscape.csv", "manifest.json")
 ANALYSIS, DOCUMENT, *TABLES = ANALYSIS_FILES = (
@@ -32,7 +34,9 @@ DESCRIPTION = f"""\
 Simulate all {N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
   {TABLE}  what each is and what became of it: dx, dy, dz, displacement of
                  the centre of mass in voxel widths (cm for the 1 cm voxel),
-                 fitness = sqrt(dx^2 + dy^2), diverged (True: then nan), steps
+                 fitness = sqrt(dx^2 + dy^2), diverged (True: then nan), steps,
+                 and step_error, by how much the fitness changes at half the
+                 time step (nan without --check-step)
   {MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
 and print the ten best. With --analyse, analyse the landscape exactly (kinds of
 designs, symmetry, local optima and climbs, ruggedness, neutrality, robustness
@@ -67,6 +71,11 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--analyse", action="store_true", help="analyse the landscape, and print and write that"
     )
+    parser.add_argument(
+        "--check-step",
+        action="store_true",
+        help="simulate all at half the time step as well, and tell what that changes",
+    )
     add_threads(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     add_physics(parser)
@@ -83,10 +92,15 @@ def run(args: Namespace) -> int:
         origin = provenance(threads=args.threads)
         wall, cpu = time.perf_counter(), time.process_time()
         table = compute(physics, threads=args.threads, progress=progress)
+        if args.check_step:
+            fine = compute(halved(physics), threads=args.threads, progress=progress)
+            table["step_error"][:] = np.abs(fine["fitness"] - table["fitness"])
     seconds = {"seconds": time.perf_counter() - wall, "cpu_seconds": time.process_time() - cpu}
     manifest = {**origin, "arguments": args.arguments, **facts(table), **seconds}
     texts = {TABLE: table.section().csv(), MANIFEST: as_json(manifest)}
     shown = [summary(table, manifest)]
+    if args.check_step:
+        shown.append(step_section(table["step_error"]))
     if args.analyse:
         analysis = analyse(table["fitness"])
         # A landscape forced over this one leaves these: the digest tells that they are another's.
@@ -118,6 +132,19 @@ def ranking(table: Table) -> Table:
     """Return the designs that did not diverge, best first; equal ones by number."""
     order = np.argsort(-table["fitness"], kind="stable")
     return Table.of(table[order[~table["diverged"][order]]], table.physics)
+
+
+def step_section(error: NDArray[np.float64]) -> str:
+    """Return what half the time step changes, in one sentence."""
+    known = error[~np.isnan(error)]
+    counts = " and ".join(
+        f"{int((known > least).sum())} by more than {least:g}" for least in (0.1, 1)
+    )
+    median = float(np.median(known)) if len(known) else float("nan")
+    return (
+        f"at half the time step the fitness of designs changes: of {counts} voxel widths, the "
+        f"median {median:.3f}"
+    )
 
 
 def as_json(values: dict[str, Any]) -> str:

@@ -15,16 +15,16 @@ from softvox_gym.engine import step_count
 from softvox_gym.evaluation import (
     SAMPLES_PER_CYCLE,
     Evaluation,
-    PhysicsLike,
     evaluate,
-    single_physics,
 )
 from softvox_gym.landscapes.table import LATTICE, looked_up
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation
 from softvox_gym.physics import Physics
+from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose
 from softvox_gym.simulation import Result, sample_count
+from softvox_gym.tasks import Task
 
 METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
 
@@ -83,18 +83,26 @@ class Evaluator:
         physics: PhysicsLike,
         render_mode: str | None,
         *,
+        reality: str | Reality | None,
+        task: str,
+        heading: float | None,
         from_table: bool,
         threads: int | None = None,
     ) -> None:
         self.lattice = Lattice.of(shape)
-        self.physics = single_physics(physics)
+        self.reality = reality_of(physics, reality)
+        self.physics = self.reality.physics
+        self.task = Task(task, heading)
         self.render_mode = render_mode
         self.from_table = from_table
         self.threads = threads
         if render_mode not in (None, *METADATA["render_modes"]):
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
-        if from_table and (self.lattice, self.physics) != (LATTICE, Physics.published()):
+        is_published = self.reality.is_plain and self.physics == Physics.published()
+        if from_table and not (is_published and self.lattice == LATTICE):
             raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
+        if not self.reality.is_plain:
+            self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
         self.action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
         self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(
@@ -138,11 +146,12 @@ class Evaluator:
         stack = self.lattice.to_stack(rows)
         trials = actions.trials or 1
         if self.from_table:
-            evaluation = looked_up(stack).repeated(trials)
+            evaluation = looked_up(stack, self.task).repeated(trials)
         if self.render_mode or not self.from_table:
             simulated = evaluate(
                 stack,
-                self.physics,
+                self.reality,
+                task=self.task,
                 perturbations=actions.perturbations,
                 trials=trials,
                 seed=generators() if actions.perturbations else None,
@@ -156,14 +165,17 @@ class Evaluator:
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
             evaluation.value,
             _infos(evaluation, rows, is_repeated=actions.trials is not None),
-            _poses(simulated.result, len(rows)) if self.render_mode else [None] * len(rows),
+            _poses(simulated.result, len(rows), self.physics.edge)
+            if self.render_mode
+            else [None] * len(rows),
         )
 
     def _frames(self, actions: Action) -> int:
         """Return the steps between frames from which the last pose is taken."""
         if self.render_mode is None:
             return 0
-        last = step_count(float(self.physics.time_step), float(self.physics.duration))
+        physics = self.reality.of_parts(self.physics)
+        last = step_count(float(physics.time_step), float(physics.duration))
         # Perturbed runs may end earlier than the nominal last step.
         return -(-last // POSES_PER_RUN) if actions.perturbations else last
 
@@ -188,8 +200,8 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
     return infos
 
 
-def _poses(result: Result | None, n: int) -> list[Pose | None]:
-    """Return how the first trial of each of n designs left it.
+def _poses(result: Result | None, n: int, edge: float) -> list[Pose | None]:
+    """Return how the first trial of each of n designs left it, in lengths of an edge (m).
 
     The result must hold a frame of the last step of every run, or of a step shortly before where
     runs differ in length. A design that diverged is shown as built.
@@ -197,7 +209,7 @@ def _poses(result: Result | None, n: int) -> list[Pose | None]:
     if result is None or not n:
         return []
     assert result.frames is not None
-    frames, edge = result.frames, result.physics.edge
+    frames = result.frames
     poses: list[Pose | None] = []
     for i in range(0, len(result), len(result) // n):
         present = result.designs[i] > 0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
-from softvox_gym.evaluation import PhysicsLike
+from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.rendering import Pose, render
 
 Observation = NDArray[np.float64]
@@ -46,8 +46,8 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
 
     Reward
     ------
-    Fitness: the horizontal travel of the centre of mass in voxel widths, sqrt(dx^2 + dy^2). A
-    design that diverges gets 0.
+    Fitness: the horizontal travel of the centre of mass in voxel widths, sqrt(dx^2 + dy^2); in the
+    directed task its part along the heading. A design that diverges gets 0.
 
     End of an episode
     -----------------
@@ -78,6 +78,13 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         A preset's name ("published" or "exact"), a dict of fields (changes to "exact", or to the
         preset that its key "preset" names), or a Physics. As name or dict it survives
         ``spec.to_json()``.
+    reality : str or Reality, optional
+        In place of a physics: a name of `softvox_gym.realities()`, or a Reality. As a name it
+        survives ``spec.to_json()``.
+    task : {"displacement", "directed"}
+        What is rewarded: the displacement in whatever direction, or along the heading.
+    heading : float, optional
+        Of the directed task, degrees from x towards y.
     render_mode : {"rgb_array"}, optional
         A picture of the robot as the last step left it; an empty floor after reset.
     from_table : bool
@@ -89,7 +96,8 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     ------
     TypeError, ValueError
         For a shape that is no lattice, a physics that is none of these or holds arrays, an unknown
-        render mode, or a table of anything else; by `step` for an action that is not in the space.
+        reality, task or render mode, a physics beside a reality, or a table of anything else; by
+        `step` for an action that is not in the space.
 
     Versions
     --------
@@ -103,10 +111,21 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         *,
         shape: Sequence[int] = (2, 2, 2),
         physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str = "displacement",
+        heading: float | None = None,
         render_mode: str | None = None,
         from_table: bool = False,
     ) -> None:
-        self.evaluator = evaluator = Evaluator(shape, physics, render_mode, from_table=from_table)
+        self.evaluator = evaluator = Evaluator(
+            shape,
+            physics,
+            render_mode,
+            reality=reality,
+            task=task,
+            heading=heading,
+            from_table=from_table,
+        )
         self.metadata = dict(METADATA)  # SyncVectorEnv writes into it before Gymnasium 1.3
         self.physics = evaluator.physics
         self.render_mode = render_mode

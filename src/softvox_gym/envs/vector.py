@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
-from softvox_gym.evaluation import PhysicsLike
+from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.rendering import render
 from softvox_gym.simulation import check_count
 
@@ -33,7 +33,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
     ----------
     num_envs : int
         Designs per step.
-    shape, physics, render_mode, from_table
+    shape, physics, reality, task, heading, render_mode, from_table
         As `SoftVoxEnv` takes them; one for the whole batch.
     autoreset_mode : str or AutoresetMode
         "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
@@ -54,6 +54,9 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         *,
         shape: Sequence[int] = (2, 2, 2),
         physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str = "displacement",
+        heading: float | None = None,
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
@@ -64,7 +67,14 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             check_count("threads", threads, least=1)
         self.num_envs = num_envs = int(num_envs)
         self.evaluator = evaluator = Evaluator(
-            shape, physics, render_mode, threads=threads, from_table=from_table
+            shape,
+            physics,
+            render_mode,
+            reality=reality,
+            task=task,
+            heading=heading,
+            threads=threads,
+            from_table=from_table,
         )
         self.physics = evaluator.physics
         self.render_mode = render_mode

@@ -33,16 +33,43 @@ def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def kendall_tau(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return Kendall's rank correlation tau-b of two rows of values, shape (n,).
+    """Return Kendall's rank correlation tau-b of two rows of values, shape (n,); NaN without one.
 
     Source: M. G. Kendall, The treatment of ties in ranking problems, Biometrika 33, 1945.
     """
-    agreeing, untied = 0, np.zeros(2, dtype=np.int64)
-    for i in range(1, len(first)):  # every pair once
-        signs = np.sign([first[i] - first[:i], second[i] - second[:i]])
-        agreeing += int(signs[0] @ signs[1])
-        untied += np.count_nonzero(signs, axis=1)
-    return float(agreeing / np.sqrt(untied[0]) / np.sqrt(untied[1]))
+    ranks = [np.unique(values, return_inverse=True)[1] for values in (first, second)]
+    pairs = len(first) * (len(first) - 1) // 2
+    tied = [_pairs(rank) for rank in ranks]
+    tied_twice = _pairs(ranks[0] * len(first) + ranks[1])
+    disagreeing = _inversions(ranks[1][np.lexsort(ranks[::-1])])
+    agreeing = pairs - sum(tied) + tied_twice - 2 * disagreeing
+    if pairs in tied:  # one of them does not vary
+        return float("nan")
+    return float(agreeing / np.sqrt(pairs - tied[0]) / np.sqrt(pairs - tied[1]))
+
+
+def _pairs(values: NDArray[np.int64]) -> int:
+    """Return how many pairs of values are equal."""
+    counts = np.unique(values, return_counts=True)[1]
+    return int((counts * (counts - 1) // 2).sum())
+
+
+def _inversions(row: NDArray[np.int64]) -> int:
+    """Return how many pairs of whole numbers of at least 0 stand in falling order.
+
+    Two numbers differ first in some bit, which the larger of them has: bit by bit, the pairs are
+    counted of numbers alike in all higher bits, of which the earlier has it and the later has not.
+    """
+    total = 0
+    for bit in range(int(row.max(initial=0)).bit_length()):
+        order = np.argsort(row >> (bit + 1), kind="stable")
+        has = (row[order] >> bit) & 1
+        group = row[order] >> (bit + 1)
+        before = np.cumsum(has) - has
+        starts = np.flatnonzero(np.r_[True, group[1:] != group[:-1]])
+        of_group = np.repeat(before[starts], np.diff(np.r_[starts, len(row)]))
+        total += int(((before - of_group) * (1 - has)).sum())
+    return total
 
 
 def levels() -> Section:

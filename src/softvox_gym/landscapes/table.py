@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import BodyFacts, Design
 from softvox_gym.engine import Progress
-from softvox_gym.evaluation import Evaluation, PhysicsLike, single_physics
+from softvox_gym.evaluation import DISPLACEMENT, Evaluation
 from softvox_gym.files import OutputError, write_file
 from softvox_gym.landscapes.section import Column, Section, aligned
 from softvox_gym.lattice import Lattice
 from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import Physics
-from softvox_gym.simulation import simulate
+from softvox_gym.realities import PhysicsLike, Reality, realities
+from softvox_gym.tasks import Task
 
 #: The lattice all of whose designs can be simulated.
 LATTICE = Lattice(2, 2, 2)
@@ -36,14 +37,21 @@ COMPUTED = files("softvox_gym") / "data" / "computed"
 #: In that folder: the movement tracks under `Physics.published`.
 TRACKS = "landscape.npz"
 
+#: In that folder: displacements in the named realities and in their simulators, by the names of
+#: `shipped`, and steps under the name and this.
+REALITIES, STEPS = "realities.npz", "_steps"
+
 #: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
-FORMAT = 1
+FORMAT = 2
 
 AXES = ("dx", "dy", "dz")
 _BODY = [("n_voxels", "i8"), ("n_active", "i8"), ("is_connected", "?")]
 _NUMBERS = [(name, "f8") for name in (*AXES, "fitness")]
 ROW = np.dtype(
-    [("design", "i8"), ("digits", "U8"), *_BODY, *_NUMBERS, ("diverged", "?"), ("steps", "i8")]
+    [
+        *(("design", "i8"), ("digits", "U8"), *_BODY, *_NUMBERS),
+        *(("diverged", "?"), ("steps", "i8"), ("step_error", "f8")),
+    ]
 )
 
 #: Rows at the beginning and at the end that a table shows of itself.
@@ -114,25 +122,29 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         return [*cells[: SHOWN + 1], ["..."] * len(cells[0]), *cells[SHOWN + 1 :]]
 
 
-def landscape(physics: PhysicsLike = "published") -> Table:
+def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     """Return every design of the 2x2x2 lattice and what became of it, exactly.
 
-    The landscape under `Physics.published` ships with the package. Any other is simulated when it
+    The landscapes under `Physics.published` and in the named realities ship with the package. Any
+    other is simulated when it
     is first asked for, which takes some seconds, and kept in the user's cache folder
     ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and
     $XDG_CACHE_HOME/softvox-gym or ~/.cache/softvox-gym elsewhere), where that can be written.
 
     Parameters
     ----------
-    physics : str, dict or Physics
-        As `Physics.of` takes it: a preset's name, changes to one, or a Physics of single numbers.
+    physics : str, dict, Physics or Reality
+        As `Physics.of` takes it: a preset's name, changes to one, or a Physics of single numbers;
+        or a reality, whatever it says besides.
 
     Returns
     -------
     Table, a structured ndarray of shape (6561,)
         Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
         displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged,
-        where these are NaN; steps, the time steps taken. A fresh copy;
+        where these are NaN; steps, the time steps taken; step_error, by how much the fitness
+        changes at half the step (`softvox_gym.step_error`), known of the published landscape, and
+        NaN where it is not. A fresh copy;
         `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
 
     Raises
@@ -146,43 +158,60 @@ def landscape(physics: PhysicsLike = "published") -> Table:
     >>> table["design"][table["fitness"].argmax()]
     np.int64(6453)
     """
-    return _landscape(single_physics(physics)).copy()
+    return _landscape(Reality.of(physics)).copy()
 
 
-@lru_cache(maxsize=8)
-def _landscape(physics: Physics) -> Table:
-    if physics == Physics.published():
-        return _table(physics, tracks().track[:, -1], tracks().steps)
-    path = cache_path(physics)
+@lru_cache(maxsize=16)
+def _landscape(reality: Reality) -> Table:
+    physics = reality.physics
+    if reality.is_plain and physics == Physics.published():
+        table = _table(physics, tracks().track[:, -1], tracks().steps)
+        if "half_step" in _archive():
+            halved = _table(physics, *_archive()["half_step"])
+            table["step_error"][:] = np.abs(halved["fitness"] - table["fitness"])
+        return table
+    if (name := _names().get(_facts(reality), "")) in _archive():
+        return _table(physics, *_archive()[name])
+    path = cache_path(reality)
     if path is None:
-        return compute(physics)
-    table = _read(path, physics)
-    if table is None:
-        table = compute(physics)
-        _write(path, table)
+        return compute(reality)
+    kept = _read(path, physics)
+    if kept is not None:
+        return kept
+    table = compute(reality)
+    _write(path, table)
     return table
 
 
 def compute(
-    physics: Physics, *, threads: int | None = None, progress: Progress | None = None
+    physics: Physics | Reality, *, threads: int | None = None, progress: Progress | None = None
 ) -> Table:
     """Simulate every design; see `landscape` for the table, and `simulate` for the parameters."""
-    result = simulate(np.arange(N_DESIGNS), physics, threads=threads, progress=progress)
-    return _table(physics, result.displacement, result.steps)
+    reality = Reality.of(physics)
+    result = reality.simulate(np.arange(N_DESIGNS), threads=threads, progress=progress)
+    return _table(reality.physics, result.displacement, result.steps)
 
 
 def _table(physics: Physics, displacement: NDArray[np.float64], steps: NDArray[np.int32]) -> Table:
-    rows = np.empty(N_DESIGNS, dtype=ROW)
-    rows["design"] = np.arange(N_DESIGNS)
-    rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
-    for name, values in bodies()._asdict().items():
-        rows[name] = values
+    rows = _designs().copy()
     for axis, name in enumerate(AXES):
         rows[name] = displacement[:, axis]
     rows["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
     rows["diverged"] = np.isnan(rows["fitness"])
     rows["steps"] = steps
+    rows["step_error"] = np.nan
     return Table.of(rows, physics)
+
+
+@lru_cache(maxsize=1)
+def _designs() -> NDArray[np.void]:
+    """Return the rows of all designs, without what becomes of them."""
+    rows = np.zeros(N_DESIGNS, dtype=ROW)
+    rows["design"] = np.arange(N_DESIGNS)
+    rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
+    for name, values in bodies()._asdict().items():
+        rows[name] = values
+    return rows
 
 
 @lru_cache(maxsize=1)
@@ -208,27 +237,59 @@ def tracks() -> Tracks:
     return made
 
 
-def looked_up(stack: NDArray[np.uint8]) -> Evaluation:
+def shipped() -> dict[str, Reality]:
+    """Return the named realities, and what they are held against where that is another simulator.
+
+    By their names in the archive.
+    """
+    made = realities()
+    for name, one in realities().items():
+        if one.nominal != Physics.published():
+            made[f"{name}_nominal"] = Reality.of(one.nominal)
+    return made
+
+
+@lru_cache(maxsize=1)
+def _names() -> dict[str, str]:
+    """Return the names in the archive, by all that a reality's landscape depends on."""
+    return {_facts(one): name for name, one in shipped().items()}
+
+
+@lru_cache(maxsize=1)
+def _archive() -> dict[str, tuple[NDArray[np.float64], NDArray[np.int32]]]:
+    """Return displacement and steps of every design, by the names of `shipped`."""
+    with (COMPUTED / REALITIES).open("rb") as file, np.load(file) as archive:
+        names = [name for name in archive if not name.endswith(STEPS)]
+        return {name: (archive[name], archive[name + STEPS]) for name in names}
+
+
+def _facts(reality: Reality) -> str:
+    """Return all that a landscape depends on, as one text."""
+    return json.dumps(reality.to_dict(), sort_keys=True)
+
+
+def looked_up(stack: NDArray[np.uint8], task: Task = DISPLACEMENT) -> Evaluation:
     """Return what `evaluate` would of designs, shape (n, 2, 2, 2), under `Physics.published`."""
     design = LATTICE.numbers(LATTICE.to_rows(stack))
     track, steps = tracks()
     end = track[design, -1]
     return Evaluation(
         designs=stack,
-        fitness=np.sqrt(end[:, :1] ** 2 + end[:, 1:2] ** 2),
+        fitness=task.reward(end)[:, np.newaxis],
         displacement=end[:, np.newaxis],
         track=track[design][:, np.newaxis],
         steps=steps[design].astype(np.int64)[:, np.newaxis],
     )
 
 
-def cache_path(physics: Physics) -> Path | None:
+def cache_path(physics: Physics | Reality) -> Path | None:
     """Return where the landscape of a physics is kept; None where the user has no folder.
 
-    The name stands for all that the table depends on: the values of the physics, what the engine
-    makes of some designs, and the format.
+    The name stands for all that the table depends on: the values of the physics or the reality,
+    what the engine makes of some designs, and the format.
     """
-    identity = {"format": FORMAT, "engine": engine_probe(), "physics": physics.to_dict()}
+    facts = Reality.of(physics).to_dict()
+    identity = {"format": FORMAT, "engine": engine_probe(), **facts}
     name = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
     folder = os.environ.get("SOFTVOX_CACHE")
     try:

@@ -16,6 +16,7 @@ from softvox_gym.design import Design
 from softvox_gym.landscapes.table import AXES, N_DESIGNS
 from softvox_gym.manifest import digest
 from softvox_gym.physics import Physics
+from softvox_gym.realities import reality
 from softvox_gym.simulation import Result, simulate
 from softvox_gym.verify.agreement import (
     EXCEPTED,
@@ -36,6 +37,9 @@ TOLERANCE = 1e-7
 
 #: Voxel widths. Where voxels contract as well, something in the authors' engine differs this much.
 VARIANT_TOLERANCES = {"both_phases": 2e-7}
+
+#: Voxel widths: a fitness that changes less at half the time step is not the step's doing.
+STEP_ERROR = 0.1
 
 #: Voxel widths. Where no voxels touch, the authors' engine took a tenth of the time step.
 LINKLESS_TOLERANCE = 2e-3
@@ -61,6 +65,7 @@ def checks(*, threads: int | None = None) -> Iterator[Row]:
     landscape = simulate(np.arange(N_DESIGNS), threads=threads)
     yield published_top100(landscape.fitness, records("published_top100.csv"))
     yield golden(landscape.displacement)
+    yield half_step(landscape.fitness)
     yield from instruction_sets(landscape.displacement, threads=threads)
     tenth = records("landscape_sample.csv")
     yield from sample(landscape.displacement, tenth, threads=threads)
@@ -82,6 +87,16 @@ def golden(displacement: NDArray[np.float64]) -> Row:
     """Compare the bits of the published landscape with those that every build should give."""
     same = np.full(N_DESIGNS, digest(displacement) == GOLDEN)
     return count("digest", same, note="all displacements, to the bit")
+
+
+def half_step(fitness: NDArray[np.float64]) -> Row:
+    """Tell how many designs, fitness of shape (6561,), hardly change at half the time step.
+
+    From the table of the reality half_step that ships with the package.
+    """
+    change = np.abs(reality("half_step").landscape()["fitness"] - fitness)
+    note = f"the step's own error; {int((change > 1).sum())} change by more than 1"
+    return judge("half the time step", change, STEP_ERROR, verdicts=UNJUDGED, note=note)
 
 
 def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) -> Iterator[Row]:

@@ -1,0 +1,80 @@
+"""softvox reality: the gap between the simulator and other worlds."""
+
+from __future__ import annotations
+
+import json
+import math
+from argparse import Namespace
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from softvox_gym.cli.terminal import bad_input
+from softvox_gym.files import check_folder, write_folder
+from softvox_gym.landscapes import gap
+from softvox_gym.realities import SETS, realities, reality
+
+TABLE = "realities.csv"
+
+DESCRIPTION = f"""\
+Show what becomes of the landscape in other worlds: the named realities, whose
+exact landscapes ship with the package, or any of the sets, {" and ".join(SETS)}
+({len(SETS["public"])} each, as public-0), drawn from the prior that docs/reality-gap.md
+tells; these are simulated when first asked for, a few seconds each.
+
+{fill(gap.MEANING, 79)}
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "reality",
+        help="show what becomes of the landscape in other worlds",
+        description=DESCRIPTION,
+        usage="softvox reality [NAME ...] [--list] [--json] [--out DIR [--force]]",
+    )
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"of {', '.join(realities())}, or public-0 and so on (default: all named)",
+    )
+    parser.add_argument(
+        "--list", action="store_true", help="say what each is and who found it, and nothing else"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help=f"also write {TABLE}, all bits, into this folder"
+    )
+    parser.add_argument("--force", action="store_true", help="replace an earlier one in DIR")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Print the table, and write it."""
+    with bad_input():
+        chosen = [reality(name) for name in args.names] or list(realities().values())
+    if args.out is not None:
+        with bad_input("--out"):
+            check_folder(args.out, [TABLE], force=args.force)
+    if args.list:
+        print("\n".join(f"{one.name:16} {one.about}\n{'':16} {one.source}" for one in chosen))
+        return 0
+    table = gap.gaps(chosen)
+    if args.out is not None:
+        with bad_input("--out"):
+            write_folder(args.out, {TABLE: table.csv()}, force=args.force)
+    if args.json:
+        rows = [{key: plain(value) for key, value in row.items()} for row in table.records()]
+        print(json.dumps(rows, indent=2, allow_nan=False))
+        return 0
+    print(table.text())
+    if args.out is not None:
+        print(f"\nwrote {args.out / TABLE}")
+    return 0
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it, which knows no NaN."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

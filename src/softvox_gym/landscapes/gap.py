@@ -1,0 +1,148 @@
+"""The gap between the simulator and a reality: what becomes of the ranking and of the headings.
+
+All is computed from the exact landscapes of both. A design that diverged is worth 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.design import Design
+from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
+from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, landscape
+from softvox_gym.realities import Reality, realities
+from softvox_gym.tasks import HEADINGS, Task
+
+Array = NDArray[np.float64]
+
+#: A design has a heading where it travels farther, voxel widths.
+LEAST_TRAVEL = 0.25
+
+#: As many designs are taken from the simulator's ranking, best first, and the best in reality kept.
+TRIED = (1, 10, TOP)
+
+MEANING = """\
+tau: Kendall's rank correlation of the fitness here with that in the simulator, over all designs.
+SRCC: Pearson's correlation of the two over the simulator's best 100 (Kadian et al. 2020). kept: how
+many of these are among the best 100 here. best: the best design here, and its fitness in voxel
+widths. regret: of the best in the simulator, of the best here of its best 10, and of its best 100;
+in class terms a robot turned or mirrored counts as the same. directed: the same where the task is
+to travel along a heading, mean over four. Regrets are shares of what the best here is worth.
+turned: of the designs that travel more than 0.25 in both worlds, the share whose heading is off by
+more than 90 degrees; of all, and of the simulator's best 100. diverged: designs that diverge here.
+"""
+
+COLUMNS = (
+    Column("reality", "reality"),
+    Column("tau", "tau", ".2f"),
+    Column("srcc", "SRCC", ".2f"),
+    Column("kept", "kept"),
+    Column("best", "best"),
+    Column("best_digits"),
+    Column("best_fitness", "fitness", ".2f"),
+    Column("regret_1", "regret: 1", ".2f"),
+    Column("regret_10", "10", ".2f"),
+    Column("regret_100", "100", ".2f"),
+    Column("class_regret_1", "class: 1", ".2f"),
+    Column("directed_1", "directed: 1", ".2f"),
+    Column("directed_10", "10", ".2f"),
+    Column("directed_100", "100", ".2f"),
+    Column("turned", "turned", ".1%"),
+    Column("turned_100", "of 100", ".1%"),
+    Column("diverged", "diverged"),
+)
+
+
+def gaps(which: Iterable[Reality] | None = None) -> Section:
+    """Return the gap of some realities, or of all named ones, one row each."""
+    rows = [row(one) for one in (realities().values() if which is None else which)]
+    return Section(
+        title="The gap", note=MEANING, columns=COLUMNS, rows=[tuple(one.values()) for one in rows]
+    )
+
+
+def row(reality: Reality) -> dict[str, Any]:
+    """Return the gap between a reality and its nominal simulator, by the keys of `COLUMNS`."""
+    nominal, real = landscape(reality.nominal), reality.landscape()
+    worth, here = value(nominal), value(real)
+    top, best = ranked(worth)[:TOP], int(ranked(here)[0])
+    classes = class_best(here)
+    directed = [
+        [regret(value(nominal, task), value(real, task), tries) for tries in TRIED]
+        for task in (Task("directed", heading) for heading in HEADINGS)
+    ]
+    has_heading = (worth > LEAST_TRAVEL) & (here > LEAST_TRAVEL)
+    turns = turned(nominal, real)
+    return {
+        "reality": reality.name,
+        "tau": kendall_tau(worth, here),
+        "srcc": srcc(worth, here),
+        "kept": len(np.intersect1d(top, ranked(here)[:TOP])),
+        "best": best,
+        "best_digits": Design(best).digits,
+        "best_fitness": float(here[best]),
+        **{f"regret_{tries}": regret(worth, here, tries) for tries in TRIED},
+        "class_regret_1": regret(worth, classes, 1),
+        **{
+            f"directed_{n}": float(mean)
+            for n, mean in zip(TRIED, np.mean(directed, axis=0), strict=True)
+        },
+        "turned": share(turns, has_heading),
+        "turned_100": share(turns[top], has_heading[top]),
+        "diverged": int(real["diverged"].sum()),
+    }
+
+
+def value(table: Table, task: Task | None = None) -> Array:
+    """Return what every design is worth in a task, voxel widths; 0 where it diverged."""
+    moved = np.stack([table[axis] for axis in AXES], axis=-1)
+    return np.where(table["diverged"], 0.0, (task or Task()).reward(moved))
+
+
+def regret(nominal: Array, real: Array, tries: int = 1) -> float:
+    """Return what is lost by taking the best in reality of the nominal best so many.
+
+    It is a share of what the best of all is worth; 0 where nothing is worth anything.
+    """
+    best = real.max()
+    return float(1 - real[ranked(nominal)[:tries]].max() / best) if best > 0 else 0.0
+
+
+def srcc(nominal: Array, real: Array) -> float:
+    """Return Pearson's correlation over the nominal best 100; NaN where one does not vary.
+
+    Source: A. Kadian et al., "Sim2Real predictivity: does evaluation in simulation predict
+    real-world performance?", IEEE RA-L 5(4), 2020.
+    """
+    top = ranked(nominal)[:TOP]
+    first, second = nominal[top] - nominal[top].mean(), real[top] - real[top].mean()
+    spread = float(np.sqrt((first * first).sum() * (second * second).sum()))
+    return float((first * second).sum()) / spread if spread > 0 else float("nan")
+
+
+def turned(nominal: Table, real: Table) -> NDArray[np.bool_]:
+    """Return which designs' headings differ by more than 90 degrees, shape (6561,)."""
+    along = nominal["dx"] * real["dx"] + nominal["dy"] * real["dy"]
+    return np.asarray(along < 0)
+
+
+def share(these: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
+    """Return how many of some are these; 0 where there are none."""
+    return float(these[among].mean()) if among.any() else 0.0
+
+
+def class_best(values: Array) -> Array:
+    """Return for every design the best value of those that look the same when turned or mirrored.
+
+    A robot that may be turned before it is let go travels along any heading as that of them does.
+    """
+    classes = symmetry_classes()
+    best = np.full(N_DESIGNS, -np.inf)
+    np.maximum.at(best, classes, values)
+    return best[classes]

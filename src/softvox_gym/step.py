@@ -1,0 +1,61 @@
+"""The integrator's own error: what a design does at half the time step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.design import stack_of
+from softvox_gym.engine import Progress
+from softvox_gym.physics import Physics
+from softvox_gym.realities import PhysicsLike, single_physics
+from softvox_gym.simulation import simulate
+
+
+def step_error(
+    designs: Any,
+    physics: PhysicsLike = "published",
+    *,
+    shape: Sequence[int] | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> NDArray[np.float64]:
+    """Return by how much the fitness of designs changes at half the time step.
+
+    It tells how far a number of this simulator can be trusted, as one that the step itself decides
+    says nothing of a robot. Takes three times as long as simulating the designs.
+
+    Parameters
+    ----------
+    designs, shape
+        As `softvox_gym.evaluate` takes them.
+    physics : str, dict or Physics
+        As `Physics.of` takes it, of single numbers.
+    threads, progress
+        As `softvox_gym.simulate` takes them.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not negative, voxel widths; NaN where a design diverges at either step.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `softvox_gym.evaluate` does.
+    """
+    stack, whole = stack_of(designs, shape=shape), single_physics(physics)
+    fitness = [
+        simulate(stack, step, threads=threads, progress=progress).fitness
+        for step in (whole, halved(whole))
+    ]
+    return np.abs(fitness[1] - fitness[0])
+
+
+def halved(physics: Physics) -> Physics:
+    """Return the same physics at half the time step."""
+    return replace(physics, time_step_fraction=np.asarray(physics.time_step_fraction) / 2)

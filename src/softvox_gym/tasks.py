@@ -1,0 +1,84 @@
+"""What a robot is asked to do, and what its displacement is then worth."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.portable import cos_sin
+
+Array = NDArray[np.float64]
+
+TASKS = ("displacement", "directed")
+
+#: Of the directed task, degrees: what is told of it is the mean over these.
+HEADINGS = (0.0, 90.0, 180.0, 270.0)
+
+#: Of the quarter turns, which a series would miss in the last bit.
+_QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task: its name, and for the directed one the heading.
+
+    Parameters
+    ----------
+    name : {"displacement", "directed"}
+        As far as possible in whatever direction, the task of Kriegman et al. 2020; or along a
+        heading, where what goes the other way is negative.
+    heading : float, optional
+        Degrees from x towards y; 0 where the directed task has none.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an unknown task, a heading of another one, or one that is not finite.
+    """
+
+    name: str = "displacement"
+    heading: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in TASKS:
+            close = difflib.get_close_matches(str(self.name), TASKS, n=1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            raise ValueError(f"no task {self.name!r}{hint}; there are {', '.join(TASKS)}")
+        if self.name == "displacement":
+            if self.heading is not None:
+                raise ValueError("the task displacement has no heading; directed has one")
+            return
+        heading: Any = 0.0 if self.heading is None else self.heading
+        if isinstance(heading, (bool, np.bool_)) or not isinstance(
+            heading, (int, float, np.integer, np.floating)
+        ):
+            raise TypeError(f"heading must be a number of degrees, got {heading!r}")
+        if not isfinite(heading):
+            raise ValueError(f"heading must be finite, got {heading}")
+        object.__setattr__(self, "heading", float(heading) % 360.0)
+
+    @property
+    def direction(self) -> tuple[float, float]:
+        """The unit vector (x, y) of the heading; ValueError for a task that has none."""
+        if self.heading is None:
+            raise ValueError(f"the task {self.name} has no heading")
+        if self.heading in HEADINGS:
+            return _QUARTERS[HEADINGS.index(self.heading)]
+        cosine, sine = cos_sin(np.array(self.heading * (pi / 180)))
+        return float(cosine), float(sine)
+
+    def reward(self, displacement: Array) -> Array:
+        """Return what displacements, shape (..., 3), are worth, shape (...), in their unit."""
+        x, y = displacement[..., 0], displacement[..., 1]
+        if self.heading is None:
+            return np.asarray(np.sqrt(x * x + y * y))
+        along, across = self.direction
+        return np.asarray(x * along + y * across)
+
+    def __str__(self) -> str:
+        return self.name if self.heading is None else f"{self.name} {self.heading:g} degrees"
