@@ -341,7 +341,7 @@ def _named() -> tuple[Reality, ...]:
         ),
         Reality(
             "high_resolution",
-            replace(published, strain=1.0),
+            replace(published, strain=3.84),
             about="every voxel of 3 x 3 x 3 smaller ones, of which the one in the middle expands",
             source=f"{kriegman}, their model of higher resolution",
             resolution=3,
