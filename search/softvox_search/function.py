@@ -86,8 +86,11 @@ class FunctionSearcher(SearcherBase):
         return row[np.newaxis] if is_row and ((row >= 0) & (row <= 2)).all() else designs
 
 
-def is_function(what: Any) -> bool:
-    """Return whether something is a function that searches, not a class or what makes searchers."""
+def is_function(what: Any, arguments: int = 3) -> bool:
+    """Return whether something is a function of so many arguments, as one that searches is.
+
+    Not a class, nor what makes searchers.
+    """
     if inspect.isclass(what):
         return False
     try:
@@ -95,4 +98,5 @@ def is_function(what: Any) -> bool:
     except (TypeError, ValueError):
         return False
     kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    return sum(one.kind in kinds and one.default is one.empty for one in parameters) == 3
+    required = [one for one in parameters if one.kind in kinds and one.default is one.empty]
+    return len(required) == arguments

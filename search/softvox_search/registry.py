@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -56,10 +56,93 @@ SEARCHERS: Mapping[str, Entry] = {
     "catcma": Entry("catcma:CatCma"),
 }
 
-NAMES = (
-    f"the searchers are: {', '.join(SEARCHERS)}; one's own class or function is given as "
-    "'package.module:name'"
-)
+
+#: By kind: what it must be, and a base that lacks only ask.
+BASES: Mapping[str, tuple[str, str]] = {
+    "searcher": ("softvox_search.Searcher", "softvox_search.SearcherBase"),
+    "method": ("softvox_search.transfer.TransferMethod", "softvox_search.transfer.Method"),
+}
+
+
+class Registry(NamedTuple):
+    """What comes with the package by name, and one's own by where it is."""
+
+    kind: str  #: "searcher"
+    package: str  #: Of the places.
+    entries: Mapping[str, Entry]
+    takes: int  #: How many arguments a class is made with.
+
+    @property
+    def names(self) -> str:
+        """Which names there are, in words."""
+        return (
+            f"the {self.kind}s are: {', '.join(self.entries)}; one's own class or function is "
+            "given as 'package.module:name'"
+        )
+
+    def found(self, name: str) -> Any:
+        """Return the class or function of a name.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For a name that leads to none.
+        ImportError
+            Where a library that its module needs is not installed.
+        """
+        if not isinstance(name, str):
+            raise TypeError(f"{self.kind} must be a name, got {name!r}; {self.names}")
+        if name in self.entries:
+            name = f"{self.package}.{self.entries[name].place}"
+        elif ":" not in name:
+            near = get_close_matches(name, self.entries, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ";"
+            raise ValueError(f"there is no {self.kind} {name!r}{hint} {self.names}")
+        module, _, attribute = name.partition(":")
+        try:
+            kind = getattr(import_module(module), attribute, None)
+        except ModuleNotFoundError as error:
+            if not error.name or not f"{module}.".startswith(f"{error.name}."):
+                raise
+            raise ValueError(
+                f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
+            ) from None
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"{self.kind} {name!r} must be 'package.module:name'; {self.names}"
+            ) from None
+        if not callable(kind):
+            raise ValueError(f"module {module} has no class or function {attribute!r}")
+        return kind
+
+    def options_of(self, name: str) -> dict[str, Any] | None:
+        """Return the options that it takes, with their defaults; None where it takes any.
+
+        Without those that the name stands for; `inspect.Parameter.empty` for a default that is
+        none.
+
+        Raises
+        ------
+        TypeError, ValueError, ImportError
+            As `found` does.
+        """
+        fixed = self.entries[name].fixed if name in self.entries else {}
+        return _options(self.found(name), self.takes, fixed)
+
+    def check_options(self, name: str, options: Iterable[str]) -> None:
+        """Raise ValueError for an option that it doesn't take."""
+        takes = self.options_of(name)
+        for option in options:
+            if takes is not None and option not in takes:
+                known = ", ".join(takes) or "none"
+                raise ValueError(
+                    f"{self.kind} {name} has no option {option!r}; its options are: {known}"
+                )
+
+
+REGISTRY = Registry("searcher", f"{__package__}.searchers", SEARCHERS, takes=2)
+
+found, options_of = REGISTRY.found, REGISTRY.options_of
 
 
 def make(
@@ -91,11 +174,7 @@ def make(
     kind, space = found(name), space or Lattice()
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
         require_methods(name, kind)
-    takes = options_of(name)
-    for option in options:
-        if takes is not None and option not in takes:
-            known = ", ".join(takes) or "none"
-            raise ValueError(f"searcher {name} has no option {option!r}; its options are: {known}")
+    REGISTRY.check_options(name, options)
     if is_function(kind):
         return FunctionSearcher(kind, space, rng, **options)
     fixed = SEARCHERS[name].fixed if name in SEARCHERS else {}
@@ -104,68 +183,26 @@ def make(
     return searcher
 
 
-def found(name: str) -> Any:
-    """Return the class or function of a name, as `make` takes it.
-
-    Raises
-    ------
-    TypeError, ValueError
-        For a name that leads to none.
-    ImportError
-        Where a library that its module needs is not installed.
-    """
-    if not isinstance(name, str):
-        raise TypeError(f"searcher must be a name, got {name!r}; {NAMES}")
-    if name in SEARCHERS:
-        name = f"{__package__}.searchers.{SEARCHERS[name].place}"
-    elif ":" not in name:
-        near = get_close_matches(name, SEARCHERS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ";"
-        raise ValueError(f"there is no searcher {name!r}{hint} {NAMES}")
-    module, _, attribute = name.partition(":")
-    try:
-        kind = getattr(import_module(module), attribute, None)
-    except ModuleNotFoundError as error:
-        if not error.name or not f"{module}.".startswith(f"{error.name}."):
-            raise
-        raise ValueError(
-            f"there is no module {error.name!r}; is its folder on PYTHONPATH?"
-        ) from None
-    except (TypeError, ValueError):
-        raise ValueError(f"searcher {name!r} must be 'package.module:name'; {NAMES}") from None
-    if not callable(kind):
-        raise ValueError(f"module {module} has no class or function {attribute!r}")
-    return kind
+def require_methods(name: str, made: Any, *, kind: str = "searcher") -> None:
+    """Raise TypeError for a class, or what was made of it, that lacks one of the three methods."""
+    lacks = [
+        what for what in ("ask", "tell", "recommend") if not callable(getattr(made, what, None))
+    ]
+    if lacks:
+        ours = BASES[kind]
+        raise TypeError(
+            f"{kind} {name} lacks {', '.join(lacks)}; see {ours[0]}, or derive the class from "
+            f"{ours[1]}, which lacks only ask"
+        )
 
 
-def options_of(name: str) -> dict[str, Any] | None:
-    """Return the options that a searcher takes, with their defaults; None where it takes any.
-
-    Without those that the name stands for; `inspect.Parameter.empty` for a default that is none.
-
-    Raises
-    ------
-    TypeError, ValueError, ImportError
-        As `found` does.
-    """
-    kind = found(name)
+def _options(kind: Any, takes: int, fixed: Mapping[str, Any]) -> dict[str, Any] | None:
     parameters = list(inspect.signature(kind).parameters.values())
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         return None
     return {
         parameter.name: parameter.default
-        for parameter in parameters[3 if is_function(kind) else 2 :]
+        for parameter in parameters[takes + 1 if is_function(kind, takes + 1) else takes :]
         if parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD)
-        and not (name in SEARCHERS and parameter.name in SEARCHERS[name].fixed)
+        and parameter.name not in fixed
     }
-
-
-def require_methods(name: str, searcher: Any) -> None:
-    """Raise TypeError for a class, or what was made of it, without the methods of `Searcher`."""
-    methods = ("ask", "tell", "recommend")
-    lacks = [method for method in methods if not callable(getattr(searcher, method, None))]
-    if lacks:
-        raise TypeError(
-            f"searcher {name} lacks {', '.join(lacks)}; see softvox_search.Searcher, or derive the "
-            "class from softvox_search.SearcherBase, which lacks only ask"
-        )

@@ -354,19 +354,13 @@ def _sampled(seed: int) -> Reality:
     rng = np.random.default_rng([1911_10290, seed])
     published = Physics.published()
 
-    def between(low: float, high: float) -> float:
-        return low + (high - low) * rng.random()
-
-    def log_between(low: float, high: float) -> float:
-        return float(exp(np.array(between(round(log(low), 6), round(log(high), 6)))))
-
-    static = log_between(0.05, 1.5)
-    kinetic = static * between(0.4, 1.0)
-    is_sheared, ratio = rng.random() < 0.5, log_between(0.05, 1.0)
-    stiffness, density = log_between(0.3, 3.0), log_between(0.5, 2.0)
-    strain, frequency = between(0.15, 0.5), between(2.0, 5.0)
+    static = log_between(rng.random(), 0.05, 1.5)
+    kinetic = static * between(rng.random(), 0.4, 1.0)
+    is_sheared, ratio = rng.random() < 0.5, log_between(rng.random(), 0.05, 1.0)
+    stiffness, density = log_between(rng.random(), 0.3, 3.0), log_between(rng.random(), 0.5, 2.0)
+    strain, frequency = between(rng.random(), 0.15, 0.5), between(rng.random(), 2.0, 5.0)
     tilt, downhill = normal(rng, 1) * (2.0 * pi / 180), direction(rng, 1)
-    lag, strain_error = between(0.0, 0.15), between(0.0, 0.2)
+    lag, strain_error = between(rng.random(), 0.0, 0.15), between(rng.random(), 0.0, 0.2)
     phase = lag * normal(rng, (2, 2, 2))
     physics = replace(
         published,
@@ -389,6 +383,16 @@ def _sampled(seed: int) -> Reality:
         phase=phase,
         seed=seed,
     )
+
+
+def between(share: float, low: float, high: float) -> float:
+    """Return the number at a share of the way from low to high."""
+    return low + (high - low) * share
+
+
+def log_between(share: float, low: float, high: float) -> float:
+    """Return the number at a share of the way in logarithms, the same bits on every machine."""
+    return float(exp(np.array(between(share, round(log(low), 6), round(log(high), 6)))))
 
 
 def _phases(values: ArrayLike) -> Any:

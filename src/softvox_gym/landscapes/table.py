@@ -42,7 +42,7 @@ TRACKS = "landscape.npz"
 REALITIES, STEPS = "realities.npz", "_steps"
 
 #: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
-FORMAT = 2
+FORMAT = 3
 
 AXES = ("dx", "dy", "dz")
 _BODY = [("n_voxels", "i8"), ("n_active", "i8"), ("is_connected", "?")]
@@ -175,9 +175,9 @@ def _landscape(reality: Reality) -> Table:
     path = cache_path(reality)
     if path is None:
         return compute(reality)
-    kept = _read(path, physics)
+    kept = _read(path)
     if kept is not None:
-        return kept
+        return _table(physics, kept[:, :3], kept[:, 3].astype(np.int32))
     table = compute(reality)
     _write(path, table)
     return table
@@ -306,17 +306,17 @@ def _user_folder() -> Path:
 
 
 def _write(path: Path, table: Table) -> None:
-    """Keep a table, in numpy's format with a digest after it; or don't, where that is denied."""
+    """Keep what a table is made of, as `_read` returns it, with a digest; not where denied."""
     array = io.BytesIO()
-    np.save(array, np.asarray(table))
+    np.save(array, np.stack([table[name] for name in (*AXES, "steps")], axis=-1))
     content = array.getvalue()
     with contextlib.suppress(OSError, OutputError):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, content + _seal(path, content), force=True)
 
 
-def _read(path: Path, physics: Physics) -> Table | None:
-    """Return the table that was kept; None where there is none, or it is damaged."""
+def _read(path: Path) -> NDArray[np.float64] | None:
+    """Return displacements and steps, shape (6561, 4); None where none are kept, or damaged."""
     try:
         content = path.read_bytes()
     except OSError:
@@ -324,7 +324,8 @@ def _read(path: Path, physics: Physics) -> Table | None:
     array, seal = content[:-32], content[-32:]
     if seal != _seal(path, array):
         return None
-    return Table.of(np.load(io.BytesIO(array)), physics)
+    kept: NDArray[np.float64] = np.load(io.BytesIO(array))
+    return kept
 
 
 def _seal(path: Path, content: bytes) -> bytes:

@@ -1,0 +1,270 @@
+"""Methods with a Gaussian process over all designs: with the simulator as its prior, or without."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from functools import lru_cache
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Task
+from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_search.transfer.protocol import Method, Test, first_best
+from softvox_search.transfer.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+#: Distances of one design to all, shape (6561,).
+Distances = Callable[[int], Array]
+
+
+class GaussianProcess:
+    """An exact Gaussian process over all designs; a test costs tests x designs operations.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (6561,)
+        Before any test.
+    covariance : callable (design) -> ndarray, shape (6561,)
+        Of a design with all.
+    variance : ndarray, shape (6561,)
+        Of each design, before any test.
+    noise : float
+        Variance of a test's noise.
+
+    Notes
+    -----
+    Source: C. Rasmussen, C. Williams, Gaussian Processes for Machine Learning, 2006, chapter 2.
+    """
+
+    def __init__(self, mean: Array, covariance: Distances, variance: Array, noise: float) -> None:
+        self.mean = mean.copy()
+        self.variance = variance.copy()
+        self._covariance, self._noise = covariance, noise
+        self._rows: list[Array] = []
+
+    def add(self, design: int, value: float) -> None:
+        """Learn a value: one more row of the Cholesky factor, for all designs at once."""
+        row = self._covariance(design).copy()
+        for before in self._rows:
+            row -= before[design] * before
+        scale = sqrt(max(float(row[design]), 0.0) + self._noise)
+        row /= scale
+        self.mean += (value - self.mean[design]) / scale * row
+        self.variance = np.maximum(self.variance - row * row, 0.0)
+        self._rows.append(row)
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations, shape (6561,)."""
+        return np.sqrt(self.variance)
+
+
+def matern(distance: Array, length: float) -> Array:
+    """Return the Matern kernel of smoothness 5/2."""
+    scaled = sqrt(5) / length * distance
+    return np.asarray((1 + scaled + scaled * scaled / 3) * np.exp(-scaled))
+
+
+def hamming(design: int) -> Array:
+    """Return the root of the share of sites in which designs differ from one, shape (6561,).
+
+    The root, as it is a distance between points (`_points`): a Matern kernel over the share itself
+    has negative eigenvalues.
+    """
+    digits = _digits()
+    return np.asarray(np.sqrt((digits != digits[design]).mean(axis=1)))
+
+
+@lru_cache(maxsize=1)
+def _digits() -> NDArray[np.uint8]:
+    return LATTICE.digits(np.arange(N_DESIGNS))
+
+
+class Ite(Method):
+    """Intelligent trial and error: what the simulator says is the prior of a Gaussian process.
+
+    Rewards are in units of the simulator's best. The next test is the largest upper confidence
+    bound; builds the best tested.
+
+    Parameters
+    ----------
+    kernel : {"hamming", "behaviour"}
+        Over the root of the share of sites that differ, or over the displacement in the simulator,
+        dx and dy in units of the farthest travel.
+    prior : {"signed", "simulated"}
+        What the simulator says times a factor that is learnt as well, normal with mean 1 and
+        standard deviation 1, so that it may change its sign; or as it stands.
+    length, signal, noise, exploration : float
+        Of the kernel: length, standard deviation; variance of a test; standard deviations of the
+        upper confidence bound.
+    stop : float, optional
+        End as soon as the best tested reaches this share of the best expected; never where None.
+
+    Notes
+    -----
+    Source: A. Cully, J. Clune, D. Tarapore, J.-B. Mouret, "Robots that can adapt like animals",
+    Nature 521, 2015, with a stop at 0.9.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        task: Task,
+        rng: np.random.Generator,
+        *,
+        kernel: str = "hamming",
+        prior: str = "signed",
+        length: float = 0.4,
+        signal: float = 1.0,
+        noise: float = 0.001,
+        exploration: float = 0.05,
+        stop: float | None = None,
+    ) -> None:
+        super().__init__(simulator, task, rng)
+        if kernel not in ("hamming", "behaviour"):
+            raise ValueError(f"kernel must be hamming or behaviour, got {kernel!r}")
+        if prior not in ("signed", "simulated"):
+            raise ValueError(f"prior must be signed or simulated, got {prior!r}")
+        said = task.reward(simulator.landscape())
+        best = float(said.max())
+        self._unit = best if best > 0 else 1.0
+        self._exploration, self._stop = exploration, stop
+        mean = said / self._unit
+        distances = hamming if kernel == "hamming" else self._behaviour()
+        share = 1.0 if prior == "signed" else 0.0
+
+        def covariance(design: int) -> Array:
+            slope = share * mean[design] * mean
+            return np.asarray(signal**2 * matern(distances(design), length) + slope)
+
+        self.process = GaussianProcess(mean, covariance, signal**2 + share * mean**2, noise)
+
+    def ask(self) -> int | None:
+        """Return the largest upper confidence bound of those not tested."""
+        process = self.process
+        if self._stop is not None and self.tests:
+            seen = max(test.reward for test in self.tests) / self._unit
+            if seen >= self._stop * float(process.mean.max()):
+                return None
+        return first_best(process.mean + self._exploration * process.deviation, self.untested())
+
+    def tell(self, test: Test) -> None:
+        """Learn it."""
+        super().tell(test)
+        self.process.add(test.design, test.reward / self._unit)
+
+    def predict(self) -> Array:
+        """Return the process's mean."""
+        return self.process.mean * self._unit
+
+    def _behaviour(self) -> Distances:
+        moved = self.simulator.landscape()[:, :2]
+        moved = moved / max(float(np.hypot(*moved.T).max()), 1e-12)
+
+        def distances(design: int) -> Array:
+            return np.asarray(np.hypot(*(moved - moved[design]).T))
+
+        return distances
+
+
+class GpUcb(Method):
+    """Bayesian optimisation without a simulator: a Gaussian process over the designs' digits.
+
+    The kernel is over the distance of one-hot digits, the root of the share of sites that differ.
+    The first design is drawn. Rewards are in units of the largest tested so far; amplitude, length
+    and noise are learnt by their marginal likelihood, by scikit-learn, after some of the tests.
+    The next test is the largest upper confidence bound; builds the best tested.
+
+    Parameters
+    ----------
+    exploration : float
+        Standard deviations of the upper confidence bound.
+    learn_at : list of int
+        After so many tests.
+
+    Notes
+    -----
+    Source: N. Srinivas, A. Krause, S. Kakade, M. Seeger, "Gaussian process optimization in the
+    bandit setting", ICML 2010.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        task: Task,
+        rng: np.random.Generator,
+        *,
+        exploration: float = 1.0,
+        learn_at: Any = (5, 10, 20, 40),
+    ) -> None:
+        super().__init__(simulator, task, rng)
+        self._exploration, self._learn_at = exploration, frozenset(learn_at)
+        self._variance, self._length, self._noise = 1.0, 0.4, 0.001
+        self._unit = 1.0
+        self.process: GaussianProcess | None = None
+
+    def ask(self) -> int:
+        """Return the largest upper confidence bound of those not tested; at first draw one."""
+        if self.process is None:
+            return int(self.rng.integers(N_DESIGNS))
+        bound = self.process.mean + self._exploration * self.process.deviation
+        return first_best(bound, self.untested())
+
+    def tell(self, test: Test) -> None:
+        """Learn it, and now and then the kernel."""
+        super().tell(test)
+        largest = max(abs(one.reward) for one in self.tests)
+        is_new = largest > self._unit or self.process is None
+        if len(self.tests) in self._learn_at:
+            self._unit = largest or 1.0
+            self._learn()
+        elif is_new:
+            self._unit = largest or 1.0
+        else:
+            assert self.process is not None
+            self.process.add(test.design, test.reward / self._unit)
+            return
+        self.process = GaussianProcess(
+            np.zeros(N_DESIGNS),
+            lambda design: self._variance * matern(hamming(design), self._length),
+            np.full(N_DESIGNS, self._variance),
+            self._noise,
+        )
+        for one in self.tests:
+            self.process.add(one.design, one.reward / self._unit)
+
+    def predict(self) -> Array | None:
+        """Return the process's mean."""
+        return None if self.process is None else self.process.mean * self._unit
+
+    def models(self) -> None:
+        """Return None: it holds none."""
+
+    def _learn(self) -> None:
+        """Fit amplitude, length and noise by scikit-learn."""
+        from sklearn.gaussian_process import GaussianProcessRegressor, kernels
+
+        regressor = GaussianProcessRegressor(
+            kernels.ConstantKernel(self._variance, (0.01, 10))
+            * kernels.Matern(self._length, (0.05, 5), nu=2.5)
+            + kernels.WhiteKernel(self._noise, (1e-4, 1))
+        )
+        values = np.array([test.reward for test in self.tests]) / self._unit
+        with warnings.catch_warnings():  # a parameter at its bound is no news
+            warnings.simplefilter("ignore")
+            regressor.fit(_points()[[test.design for test in self.tests]], values)
+        found = regressor.kernel_
+        self._variance, self._noise = found.k1.k1.constant_value, found.k2.noise_level
+        self._length = found.k1.k2.length_scale
+
+
+@lru_cache(maxsize=1)
+def _points() -> Array:
+    """Return designs as points; the distance squared is the share of sites that differ."""
+    one_hot = _digits()[:, :, np.newaxis] == np.arange(3)
+    return np.asarray(one_hot.reshape(N_DESIGNS, -1) / sqrt(2 * LATTICE.sites))

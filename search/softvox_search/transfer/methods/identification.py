@@ -1,0 +1,176 @@
+"""Methods that fit the parameters of the simulator to the tests, and search the fitted one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Task
+from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_search.transfer.library import CLASSES, SHARES, check_class, physics_at
+from softvox_search.transfer.protocol import Method, Test
+from softvox_search.transfer.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+
+class Identification(Method):
+    """Fits after some of the tests, and judges candidates by the mean over the fitted models.
+
+    Candidates are the half that the nominal simulator likes best, and others that are drawn. The
+    next test, and what it builds, is the best of them in expectation; what was tested counts as it
+    was seen. Before the first fit that is the simulator's order. A subclass has `fit`.
+
+    Parameters
+    ----------
+    models : {"coulomb", "coulomb_area", "all"}
+        What is fitted; see `softvox_search.transfer.library`.
+    fit_at : list of int
+        After so many tests.
+    candidates : int
+        Designs that are simulated under the fitted models.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        task: Task,
+        rng: np.random.Generator,
+        *,
+        models: str = "coulomb_area",
+        fit_at: Iterable[int] = (1, 5, 10, 20),
+        candidates: int = 400,
+    ) -> None:
+        super().__init__(simulator, task, rng)
+        self.varied = CLASSES[check_class(models)]
+        self._class, self._fit_at = models, frozenset(fit_at)
+        moved = simulator.landscape()
+        order = np.argsort(-np.round(task.reward(moved), 9), kind="stable")
+        half = min(candidates, N_DESIGNS) // 2
+        drawn = rng.permutation(order[half:])[: min(candidates, N_DESIGNS) - half]
+        self._candidates = np.concatenate([order[:half], drawn])
+        self._expected = moved[self._candidates]
+
+    def fit(self) -> Array:
+        """Return the fitted models as shares of the prior's ranges, shape (models, 8)."""
+        raise NotImplementedError(f"{type(self).__name__} must have a fit()")
+
+    def ask(self) -> int | None:
+        """Return the candidate that is best in expectation; none where all were tested."""
+        reward = np.round(self.task.reward(self._expected), 9)
+        reward[~self.untested()[self._candidates]] = -np.inf
+        best = int(np.argmax(reward))
+        return None if np.isneginf(reward[best]) else int(self._candidates[best])
+
+    def tell(self, test: Test) -> None:
+        """Learn it, and fit where it is time."""
+        super().tell(test)
+        if len(self.tests) in self._fit_at:
+            made = [self.simulate(shares, self._candidates) for shares in self.fit()]
+            self._expected = np.mean(made, axis=0)
+
+    def recommend(self) -> int:
+        """Return the best in expectation, of which the tested count as they were seen."""
+        best = super().recommend()
+        seen = max(test.reward for test in self.tests)
+        asked = self.ask()
+        if asked is None:
+            return best
+        expected = self.task.reward(self._expected[self._candidates == asked])[0]
+        return asked if expected > seen else best
+
+    def predict(self) -> Any:
+        """Return None: it expects something of the candidates alone."""
+
+    def models(self) -> Any:
+        """Return None: its models say nothing of most designs."""
+
+    def simulate(self, shares: Array, designs: Any) -> Array:
+        """Return the displacement of designs, shape (n, 3), under one model."""
+        physics = physics_at(shares, self.simulator.nominal, self._class)
+        return self.simulator.displacement(designs, physics)
+
+    def misfit(self, shares: Array) -> float:
+        """Return the mean square of how far a model is off over all tests, voxel widths."""
+        tested = [test.design for test in self.tests]
+        seen = np.array([test.displacement for test in self.tests])
+        off = self.simulate(shares, np.array(tested)) - seen
+        return float(np.square(off[:, :2]).sum(axis=1).mean())
+
+
+class SimOpt(Identification):
+    """A normal distribution over the parameters, moved towards what the tests showed.
+
+    At every fit models are drawn and weighted by their misfit, as far as the divergence from the
+    distribution before allows; the distribution is then that of the weighted models, and its mean
+    the model by which designs are judged.
+
+    Parameters
+    ----------
+    draws, rounds : int
+        Models drawn in a round, and rounds of a fit.
+    divergence : float
+        The largest Kullback-Leibler divergence of a round.
+    **options
+        Of `Identification`.
+
+    Notes
+    -----
+    Source: Y. Chebotar et al., "Closing the sim-to-real loop: adapting simulation randomization
+    with real world experience", ICRA 2019.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        task: Task,
+        rng: np.random.Generator,
+        *,
+        draws: int = 16,
+        rounds: int = 2,
+        divergence: float = 1.0,
+        **options: Any,
+    ) -> None:
+        super().__init__(simulator, task, rng, **options)
+        self._draws, self._rounds, self._divergence = draws, rounds, divergence
+        self._mean, self._covariance = np.full(SHARES, 0.5), np.eye(SHARES) * 0.3**2
+
+    def fit(self) -> Array:
+        """Move the distribution; return its mean, shape (1, 8)."""
+        for _ in range(self._rounds):
+            normal = self.rng.standard_normal((self._draws, SHARES))
+            drawn = self._mean + normal @ np.linalg.cholesky(self._covariance).T
+            drawn = np.clip(drawn, 0.0, 1.0)
+            weight = weights(np.array([self.misfit(one) for one in drawn]), self._divergence)
+            self._mean = weight @ drawn
+            off = drawn - self._mean
+            self._covariance = (off * weight[:, np.newaxis]).T @ off + 1e-4 * np.eye(SHARES)
+        return self._mean[np.newaxis]
+
+
+def weights(cost: Array, divergence: float) -> Array:
+    """Return weights that fall with cost, as far from equal ones as the divergence allows.
+
+    They are exp(-cost / temperature), with the lowest temperature that keeps the Kullback-Leibler
+    divergence from equal weights.
+
+    Notes
+    -----
+    Source: J. Peters, K. Mulling, Y. Altun, "Relative entropy policy search", AAAI 2010.
+    """
+    scaled = (cost - cost.min()) / max(float(np.ptp(cost)), 1e-12)
+
+    def at(log_temperature: float) -> Array:
+        made = np.exp(-scaled / np.exp(log_temperature))
+        return np.asarray(made / made.sum())
+
+    low, high = -10.0, 10.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        made = at(middle)
+        spread = float((made * np.log(np.maximum(made * len(cost), 1e-300))).sum())
+        low, high = (middle, high) if spread > divergence else (low, middle)
+    return at(high)

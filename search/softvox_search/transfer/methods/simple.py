@@ -1,0 +1,155 @@
+"""Methods that every other has to beat: chance, the simulator's own order, and the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Task
+from softvox_search.transfer.library import library
+from softvox_search.transfer.protocol import Method, first_best
+from softvox_search.transfer.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+
+class Random(Method):
+    """Tests designs drawn uniformly of those not tested yet; builds the best tested."""
+
+    def ask(self) -> int:
+        """Draw a design."""
+        return int(self.rng.choice(np.flatnonzero(self.untested())))
+
+    def predict(self) -> None:
+        """Return None: it expects nothing."""
+
+    def models(self) -> None:
+        """Return None: it holds none."""
+
+
+class Ranked(Method):
+    """Tests designs in a fixed order, the largest `score` first; builds the best tested.
+
+    A subclass computes the score, shape (6561,).
+    """
+
+    def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
+        super().__init__(simulator, task, rng)
+        self.score = np.zeros(0)
+
+    def ask(self) -> int:
+        """Return the best not tested yet."""
+        return first_best(self.score, self.untested())
+
+    def predict(self) -> Array:
+        """Return the score."""
+        return self.score
+
+
+class SimulatorTop(Ranked):
+    """Tests the simulator's best designs in order; builds the best tested."""
+
+    def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
+        super().__init__(simulator, task, rng)
+        self.score = task.reward(simulator.landscape())
+
+    def predict(self) -> Array:
+        """Return what the simulator says."""
+        return self.simulator.landscape()
+
+
+class Jakobi(Ranked):
+    """Tests the designs that are best on average in the noisy simulator; builds the best tested.
+
+    Parameters
+    ----------
+    level : float
+        Of the noise; see `softvox_gym.noisy_landscape`.
+
+    Notes
+    -----
+    Source: N. Jakobi, P. Husbands, I. Harvey, "Noise and the reality gap", ECAL 1995.
+    """
+
+    def __init__(
+        self, simulator: Simulator, task: Task, rng: np.random.Generator, *, level: float = 1.0
+    ) -> None:
+        super().__init__(simulator, task, rng)
+        self._moved = simulator.noisy(level)
+        self.score = task.reward(self._moved) if task.heading is not None else _mean(level)
+
+    def models(self) -> Array:
+        """Return the mean of the noisy simulators."""
+        return self._moved[np.newaxis]
+
+
+class DomainRandomisation(Ranked):
+    """Tests the designs that are best over an ensemble of models; builds the best tested.
+
+    Parameters
+    ----------
+    models : {"coulomb", "coulomb_area", "all"}
+        What varies; see `softvox_search.transfer.library`.
+    size : int
+        Of the ensemble.
+    tail : float, optional
+        Designs are judged by the mean over this share of the models, those where they do worst
+        (the conditional value at risk); by the mean over all where None.
+
+    Notes
+    -----
+    Source: A. Rajeswaran et al., "EPOpt: learning robust neural network policies using model
+    ensembles", ICLR 2017, with a tail of 0.1.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        task: Task,
+        rng: np.random.Generator,
+        *,
+        models: str = "all",
+        size: int = 40,
+        tail: float | None = None,
+    ) -> None:
+        super().__init__(simulator, task, rng)
+        if tail is not None and not 0 < tail <= 1:
+            raise ValueError(f"tail must be a share above 0 and at most 1, got {tail!r}")
+        self._library = library(simulator, models, size)
+        self.varied = self._library.varied
+        rewards = task.reward(self._library.displacement)
+        if tail is not None:
+            rewards = np.sort(rewards, axis=0)[: max(1, round(tail * size))]
+        self.score = rewards.mean(axis=0)
+
+    def predict(self) -> Array:
+        """Return the mean displacement over all models."""
+        return np.asarray(self._library.displacement.mean(axis=0))
+
+    def models(self) -> Array:
+        """Return the ensemble."""
+        return self._library.displacement
+
+
+class Oracle(Method):
+    """Knows the truth, which only this one is given: what nobody can beat."""
+
+    #: Reward of every design in reality, shape (6561,).
+    truth: Any = None
+
+    def ask(self) -> int:
+        """Return the best not tested yet."""
+        return first_best(self.truth, self.untested())
+
+    def predict(self) -> Array:
+        """Return the truth."""
+        return np.asarray(self.truth)
+
+
+def _mean(level: float) -> Array:
+    """Return the mean fitness under noise, which is more than that of the mean displacement."""
+    from softvox_gym import noisy_landscape
+
+    return np.asarray(noisy_landscape(level)["mean"], dtype=np.float64)

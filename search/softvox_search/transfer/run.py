@@ -1,0 +1,346 @@
+"""One run: a method against a reality, and what its recommendations are worth there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym import Design, Lattice, Reality, Task, landscape
+from softvox_gym.evaluation import SAMPLES_PER_CYCLE
+from softvox_gym.landscapes.gap import LEAST_TRAVEL, class_best, srcc
+from softvox_gym.landscapes.robustness import kendall_tau
+from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.noise import not_negative
+from softvox_gym.realities import reality as reality_named
+from softvox_gym.simulation import check_count
+from softvox_search.protocol import SearcherError
+from softvox_search.transfer.function import FunctionMethod
+from softvox_search.transfer.methods.simple import Oracle
+from softvox_search.transfer.protocol import Test, TransferMethod
+from softvox_search.transfer.registry import make, name_of
+from softvox_search.transfer.simulator import SimulationBudgetError, Simulator, displacements
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TransferRun:
+    """What a method did in a reality, test by test, and what it would have built.
+
+    Parameters
+    ----------
+    method, reality : str
+        Their names.
+    task : softvox_gym.Task
+    seed : int
+    tested : ndarray of int64, shape (tests,)
+        Numbers of the designs tested; fewer where the method ended early.
+    rewards : ndarray, shape (tests,)
+        What the tests showed, voxel widths.
+    recommended : ndarray of int64, shape (tests,)
+        After each test. A method that ended early stays with what it said last.
+    regret : ndarray, shape (tests,)
+        After each test: what is lost by building the design recommended, as a share of what the
+        best is worth; above 1 where it goes the wrong way.
+    class_regret : ndarray, shape (tests,)
+        The same where a robot may be turned or mirrored before it is let go.
+    srcc_before, srcc_after : float
+        Pearson's correlation of the reward expected and the real one over the best hundred expected
+        (Kadian et al. 2020), of the nominal simulator and of the method at the end; NaN where it
+        expects nothing.
+    kendall_before, kendall_after : float
+        Kendall's correlation over all designs, likewise.
+    heading_error_before, heading_error : float
+        Mean angle between the heading expected and the real one, degrees, over the designs that
+        were not tested and travel more than 0.25 voxel widths in both; likewise.
+    distance : float
+        From the truth to the nearest model that the method holds: root mean square of the
+        difference in displacement, over that of the displacement itself, over all designs; NaN
+        where it holds none.
+    is_specified : bool
+        Whether its models vary all in which the reality differs from the nominal simulator.
+    simulations : int
+        Designs that the method simulated.
+    """
+
+    method: str
+    reality: str
+    task: Task
+    seed: int
+    tested: NDArray[np.int64]
+    rewards: Array
+    recommended: NDArray[np.int64]
+    regret: Array
+    class_regret: Array
+    srcc_before: float
+    srcc_after: float
+    kendall_before: float
+    kendall_after: float
+    heading_error_before: float
+    heading_error: float
+    distance: float
+    is_specified: bool
+    simulations: int
+
+
+def transfer(
+    method: str | Callable[..., Any],
+    *,
+    reality: str | Reality = "reversal",
+    task: str | Task = "directed",
+    heading: float | None = None,
+    tests: int = 20,
+    seed: int = 0,
+    measurement_noise: float = 0.0,
+    simulations: int | None = None,
+    **options: Any,
+) -> TransferRun:
+    """Let a method find a design for a reality that it knows by tests alone.
+
+    Parameters
+    ----------
+    method : str, class or function
+        One of `METHODS`, "package.module:name" for one's own, its class, or a function
+        ``f(test, simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
+    reality : str or softvox_gym.Reality
+        As `softvox_gym.reality` names it. The method does not learn which.
+    task : str or softvox_gym.Task
+    heading : float, optional
+        Of the directed task, degrees; 0 where None. What is told of that task should be the mean
+        over four, `softvox_gym.tasks.HEADINGS`.
+    tests : int
+        At most as many as there are designs.
+    seed : int
+        Of all random numbers.
+    measurement_noise : float
+        Standard deviation of dx and dy as measured, voxel widths.
+    simulations : int, optional
+        As many designs may be simulated; without end where None.
+    **options
+        Of the method.
+
+    Returns
+    -------
+    TransferRun
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is none of these, naming it.
+    softvox_search.SearcherError
+        Where the method breaks the protocol, naming it.
+    SimulationBudgetError
+        Where it simulates more than it may.
+
+    Examples
+    --------
+    >>> run = transfer("simulator_top", reality="reversal", heading=90, tests=5)
+    >>> run.regret.shape
+    (5,)
+    """
+    check_count("tests", tests, least=1)
+    check_count("seed", seed, least=0)
+    sigma = not_negative("measurement_noise", measurement_noise)
+    if tests > N_DESIGNS:
+        raise ValueError(f"tests must be at most {N_DESIGNS}, the designs there are, got {tests}")
+    where = reality_named(reality) if isinstance(reality, str) else reality
+    if not isinstance(where, Reality):
+        raise TypeError(f"reality must be a name or a softvox_gym.Reality, got {reality!r}")
+    what = task_of(task, heading)
+    of_method, of_noise = np.random.SeedSequence(seed).spawn(2)
+    simulator = Simulator(where.nominal, simulations)
+    world = World(where, what, sigma, np.random.default_rng(of_noise))
+    asked = make(method, simulator, what, np.random.default_rng(of_method), **options)
+    with naming(name_of(method)):
+        return _run(asked, simulator, world, name_of(method), tests, seed)
+
+
+def task_of(task: str | Task, heading: float | None = None) -> Task:
+    """Return a task by its name, or as it is; a heading goes with a name alone."""
+    if not isinstance(task, Task):
+        return Task(task, heading)
+    if heading is not None:
+        raise ValueError("heading goes with the name of a task; the Task given has its own")
+    return task
+
+
+class World:
+    """A reality to be tested in; the method sees what `test` returns, and nothing else.
+
+    Parameters
+    ----------
+    reality : Reality
+    task : Task
+    sigma : float
+        Of the noise of measurement, voxel widths.
+    rng : numpy.random.Generator
+        Of that noise.
+    displacement : ndarray, shape (6561, 3), optional
+        Of every design, in place of the reality's.
+    """
+
+    def __init__(
+        self,
+        reality: Reality,
+        task: Task,
+        sigma: float,
+        rng: np.random.Generator,
+        *,
+        displacement: Array | None = None,
+    ) -> None:
+        self.reality, self.task = reality, task
+        self.displacement = _truth(reality) if displacement is None else displacement
+        self.rewards: Array = task.reward(self.displacement)
+        self._sigma, self._rng = sigma, rng
+
+    def test(self, design: int, *, track: bool = False) -> Test:
+        """Try a design."""
+        moved = self.displacement[design].copy()
+        if self._sigma:
+            moved[:2] += self._sigma * self._rng.standard_normal(2)
+        path: Array | None = None
+        if track:
+            result = self.reality.simulate([design], track=SAMPLES_PER_CYCLE, threads=1)
+            assert result.track is not None
+            path = np.nan_to_num(np.asarray(result.track[0], dtype=np.float64))
+        return Test(design, float(self.task.reward(moved)), np.asarray(moved), path)
+
+
+@lru_cache(maxsize=64)
+def _truth(reality: Reality) -> Array:
+    return displacements(landscape(reality))
+
+
+def _run(
+    method: TransferMethod, simulator: Simulator, world: World, name: str, tests: int, seed: int
+) -> TransferRun:
+    wants_track = bool(getattr(method, "wants_track", False))
+    if isinstance(method, Oracle):
+        method.truth = world.rewards
+    tested: list[Test] = []
+    advice: list[int] = []
+
+    def test(design: int) -> Test:
+        if any(one.design == design for one in tested) and not world._sigma:
+            raise SearcherError(
+                f"asked for design {design} a second time, which would show the same; ask for "
+                "another, or for None to end"
+            )
+        tested.append(world.test(design, track=wants_track))
+        return tested[-1]
+
+    if isinstance(method, FunctionMethod):
+        advice = [design_of(one, "recommended") for one in method.run(test, tests)]
+    else:
+        while len(tested) < tests and (asked := method.ask()) is not None:
+            # A copy, so that what a method does to its own changes no record.
+            one = test(design_of(asked, "asked for"))
+            method.tell(replace(one, displacement=one.displacement.copy()))
+            advice.append(design_of(method.recommend(), "recommended"))
+    if not tested:
+        raise SearcherError("tested no design at all")
+    recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
+    regret, class_regret = regrets(world.rewards, recommended)
+    mine, models = (_held(getattr(method, name, None)) for name in ("predict", "models"))
+    nominal = displacements(landscape(simulator.nominal))
+    left = np.ones(N_DESIGNS, dtype=bool)
+    left[[one.design for one in tested]] = False
+    before, after = (_foresight(expected, world, left) for expected in (nominal, mine))
+    return TransferRun(
+        method=name,
+        reality=world.reality.name,
+        task=world.task,
+        seed=seed,
+        tested=np.array([one.design for one in tested], dtype=np.int64),
+        rewards=np.array([one.reward for one in tested]),
+        recommended=recommended,
+        regret=regret,
+        class_regret=class_regret,
+        srcc_before=before[0],
+        srcc_after=after[0],
+        kendall_before=before[1],
+        kendall_after=after[1],
+        heading_error_before=before[2],
+        heading_error=after[2],
+        distance=_distance(models, world.displacement),
+        is_specified=is_specified(world.reality, getattr(method, "varied", frozenset())),
+        simulations=simulator.used,
+    )
+
+
+def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Return what is lost by designs, as shares of the best reward, and in class terms."""
+    best = rewards.max()
+    if best <= 0:
+        return np.zeros(len(recommended)), np.zeros(len(recommended))
+    return 1 - rewards[recommended] / best, 1 - class_best(rewards)[recommended] / best
+
+
+def design_of(design: Any, said: str) -> int:
+    """Return a design's number; SearcherError for what is none of 2x2x2."""
+    try:
+        made = Design(design, shape=LATTICE)
+    except (TypeError, ValueError) as error:
+        raise SearcherError(f"{said} what is no design of {Lattice()}: {error}") from error
+    return made.index
+
+
+def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
+    """Return whether parameters cover all in which a reality differs from its simulator."""
+    ours, theirs = reality.physics.to_dict(), reality.nominal.to_dict()
+    # How long a run takes follows from the frequency: as many cycles.
+    follows = {"duration"} if "frequency_hz" in varied else set()
+    differ = {name for name, value in ours.items() if value != theirs[name]}
+    return reality.is_plain and differ <= varied | follows
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put a method's name before what an error says of it."""
+    try:
+        yield
+    except SearcherError as error:
+        raise SearcherError(f"method {name} {error}") from error
+
+
+def _held(ask: Callable[[], Any] | None) -> Array | None:
+    """Return what a method expects or holds; None where it does not, or can't any more."""
+    try:
+        return None if ask is None else ask()
+    except SimulationBudgetError:
+        return None
+
+
+def _foresight(expected: Array | None, world: World, left: NDArray[np.bool_]) -> list[float]:
+    """Return how well something was expected: SRCC, Kendall's tau, error of heading."""
+    if expected is None:
+        return [np.nan] * 3
+    is_reward = expected.ndim == 1
+    reward = expected if is_reward else world.task.reward(expected)
+    error = np.nan if is_reward else heading_error(expected[left], world.displacement[left])
+    return [srcc(reward, world.rewards), kendall_tau(reward, world.rewards), error]
+
+
+def heading_error(expected: Array, real: Array) -> float:
+    """Return the mean angle between displacements, degrees, of those that travel in both."""
+    ours, theirs = expected[:, :2], real[:, :2]
+    lengths = np.hypot(*ours.T), np.hypot(*theirs.T)
+    moves = (lengths[0] > LEAST_TRAVEL) & (lengths[1] > LEAST_TRAVEL)
+    if not moves.any():
+        return float("nan")
+    cosine = (ours * theirs).sum(axis=1)[moves] / (lengths[0] * lengths[1])[moves]
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean())
+
+
+def _distance(models: Array | None, truth: Array) -> float:
+    if models is None or not len(models):
+        return float("nan")
+    size = float(np.square(truth).sum())
+    nearest = min(float(np.square(model - truth).sum()) for model in models)
+    return float(np.sqrt(nearest / size)) if size > 0 else float("nan")

@@ -1,0 +1,135 @@
+"""The nominal simulator as a transfer method may use it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import softvox_gym
+from softvox_gym import Physics, noisy_landscape, simulate
+from softvox_gym.design import stack_of
+from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table
+from softvox_gym.simulation import check_count
+
+Array = NDArray[np.float64]
+
+
+class SimulationBudgetError(ValueError):
+    """A method asked for more simulations than it has."""
+
+
+class Simulator:
+    """The nominal simulator, and others of the same engine, which count what they simulate.
+
+    What diverges has the displacement 0.
+
+    Parameters
+    ----------
+    nominal : Physics
+        What is believed of the world.
+    simulations : int, optional
+        As many designs may be simulated, whatever the physics; without end where None. What was
+        simulated as part of a landscape before is not counted again.
+
+    Attributes
+    ----------
+    nominal : Physics
+    used : int
+        How many designs were simulated.
+    """
+
+    def __init__(self, nominal: Physics, simulations: int | None = None) -> None:
+        if simulations is not None:
+            check_count("simulations", simulations, least=0)
+        self.nominal = nominal
+        self.used = 0
+        self._most = simulations
+        self._known: set[Physics] = set()
+
+    def landscape(self, physics: Physics | None = None) -> Array:
+        """Return the displacement of every design, shape (6561, 3), voxel widths; read-only.
+
+        Under the nominal physics where none is given. Others are simulated and kept, as
+        `softvox_gym.landscape` does.
+
+        Raises
+        ------
+        SimulationBudgetError
+            Where so many designs may not be simulated.
+        """
+        which = self.nominal if physics is None else physics
+        if which not in self._known:
+            self._spend(N_DESIGNS)
+            self._known.add(which)
+        return _landscape(which)
+
+    def displacement(self, designs: Any, physics: Physics | None = None) -> Array:
+        """Return the displacement of designs, shape (n, 3), under the nominal physics or another.
+
+        Raises
+        ------
+        SimulationBudgetError
+            Where so many designs may not be simulated.
+        TypeError, ValueError
+            For what are no designs; see `softvox_gym.simulate`.
+        """
+        stack = stack_of(designs)
+        self._spend(len(stack))
+        result = simulate(stack, self.nominal if physics is None else physics, threads=1)
+        return np.nan_to_num(result.displacement)
+
+    def mean_height(self) -> Array:
+        """Return the mean height of every design's centre of mass over its start, (6561,).
+
+        Under the nominal physics, one sample per cycle, voxel widths; read-only.
+
+        Raises
+        ------
+        SimulationBudgetError
+            As `landscape` does.
+        """
+        self.landscape()
+        return _mean_height(self.nominal)
+
+    def noisy(self, level: float = 1.0) -> Array:
+        """Return the mean displacement of every design under noise of a level, shape (6561, 3).
+
+        It ships with the package, and costs no simulations; dz is 0. See
+        `softvox_gym.noisy_landscape`, which was measured under the published physics.
+        """
+        table = noisy_landscape(level)
+        flat = np.stack([table["dx"], table["dy"], np.zeros(N_DESIGNS)], axis=-1)
+        return np.asarray(np.nan_to_num(flat) * (1 - table["p_diverged"])[:, np.newaxis])
+
+    def _spend(self, n: int) -> None:
+        if self._most is not None and self.used + n > self._most:
+            raise SimulationBudgetError(
+                f"the simulator was asked for {n} designs, with {self._most - self.used} of "
+                f"{self._most} simulations left; give more simulations, or use a method that needs "
+                "fewer"
+            )
+        self.used += n
+
+
+def displacements(table: Table) -> Array:
+    """Return the displacement of every design of a landscape, shape (6561, 3); 0 if diverged."""
+    made: Array = np.nan_to_num(np.stack([table[axis] for axis in AXES], axis=-1))
+    made.flags.writeable = False
+    return made
+
+
+@lru_cache(maxsize=512)
+def _landscape(physics: Physics) -> Array:
+    return displacements(softvox_gym.landscape(physics))
+
+
+@lru_cache(maxsize=4)
+def _mean_height(physics: Physics) -> Array:
+    track = simulate(np.arange(N_DESIGNS), physics, track=1).track
+    assert track is not None
+    height = np.nan_to_num(track[..., 2].mean(axis=-1))
+    height.flags.writeable = False
+    return np.asarray(height)
