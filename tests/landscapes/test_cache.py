@@ -30,11 +30,12 @@ def counted(monkeypatch):
     """The physics that were simulated; by a stand-in that takes no time."""
     seen = []
 
-    def compute(physics):
-        seen.append(physics)
+    def compute(reality):
+        seen.append(reality.physics)
         made = landscape().copy()
-        made["fitness"] = float(physics.friction_static)
-        return Table.of(np.asarray(made), physics)
+        made["dx"], made["dy"] = float(reality.physics.friction_static), 0.0
+        made["fitness"], made["step_error"] = made["dx"], np.nan
+        return Table.of(np.asarray(made), reality.physics)
 
     monkeypatch.setattr(tables, "compute", compute)
     return seen
