@@ -87,10 +87,10 @@ def identity(design: Design) -> int | str:
     return design.index if design.lattice.has_int64_numbers else design.digits
 
 
-def digest(columns: Mapping[str, NDArray[Any]]) -> str:
-    """Return the SHA-256 of all rows, column by column."""
+def digest(columns: Mapping[str, NDArray[Any]], kinds: Mapping[str, str] = COLUMNS) -> str:
+    """Return the SHA-256 of all rows, column by column, each as its kind."""
     total = hashlib.sha256()
-    for name, kind in COLUMNS.items():
+    for name, kind in kinds.items():
         column = np.asarray(columns[name])
         is_text = column.dtype.kind in "OU"
         total.update(column.astype("<U" if is_text else kind).tobytes())

@@ -18,7 +18,7 @@ def experiment_of(tmp_path, text):
     path = tmp_path / "exp.toml"
     path.write_text(text, encoding="utf-8")
     experiment = read(path)
-    check(experiment, str(path))
+    check(experiment, str(path), lambda done, total: None)
     return experiment
 
 

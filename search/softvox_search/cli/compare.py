@@ -151,8 +151,8 @@ def run(args: Namespace) -> int:
         with writing(folder):
             print(f"wrote into {folder}: {', '.join(report(folder))}")
         return 0
-    with prints_aside():
-        check(experiment, str(args.file))
+    with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="preparations") as progress:
+        check(experiment, str(args.file), progress)
     if not args.check:
         make_folder(folder)
     elif not folder.is_dir():

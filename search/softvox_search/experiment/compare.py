@@ -21,13 +21,16 @@ from softvox_search.experiment.pool import Done, Failed, do_all
 from softvox_search.experiment.results import Manifest, ResultsError, Say
 from softvox_search.experiment.run import identity, made_with
 from softvox_search.experiment.schema import Experiment, Run, UsageError, of_dict
+from softvox_search.experiment.transfer import TransferExperiment, TransferTask
 
 #: As many finished runs are done again before new ones are added; more where there are more
-#: searchers, of each of which there is one.
+#: searchers or methods, of each of which there is one.
 SAMPLE = 5
 
 #: (3, 16) is the third of sixteen parts of the runs.
 Part = tuple[int, int]
+
+AnyRun = Run | TransferTask
 
 Summaries = dict[str, dict[str, Any]]
 
@@ -40,7 +43,7 @@ class Outcome:
     before: int  #: Those that were done already.
     repeated: int = 0  #: Finished runs that were done again, to the same bits.
     unrepeatable: int = 0  #: Finished runs that can't be, as their budget is in CPU seconds.
-    failed: list[tuple[Run, Failed]] = field(default_factory=list)
+    failed: list[tuple[AnyRun, Failed]] = field(default_factory=list)
     missing: int = 0  #: Runs that are not there, failed ones included.
     is_whole: bool = False  #: Whether all are done or failed, so that there can be a report.
     seconds: float = 0.0  #: s, of the runs now.
@@ -49,7 +52,7 @@ class Outcome:
 
 
 def compare(
-    experiment: Experiment,
+    experiment: Experiment | TransferExperiment,
     folder: Path,
     *,
     command: str,
@@ -194,7 +197,7 @@ def _manifest_of(folder: Path) -> Manifest:
 
 @contextmanager
 def _open(
-    folder: Path, now: Manifest, runs: dict[str, Run], *, force: bool, shared: bool, say: Say
+    folder: Path, now: Manifest, runs: dict[str, AnyRun], *, force: bool, shared: bool, say: Say
 ) -> Iterator[Manifest | None]:
     """Lock a folder for runs, and return the manifest that is there.
 
@@ -237,15 +240,15 @@ def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | No
 
 
 def _repeat(
-    folder: Path, runs: dict[str, Run], done: Summaries, workers: int, outcome: Outcome
+    folder: Path, runs: dict[str, AnyRun], done: Summaries, workers: int, outcome: Outcome
 ) -> None:
-    """Do a sample of the finished runs again, one of every searcher at least; compare the bits.
+    """Do a sample of the finished runs again, one of each kind at least; compare the bits.
 
     Runs whose budget is in seconds are left out: they differ by nature.
     """
     repeatable = {run: one for run, one in runs.items() if one.is_repeatable}
     outcome.unrepeatable = len(runs) - len(repeatable)
-    firsts = {one.searcher.name: run for run, one in reversed(repeatable.items())}
+    firsts = {one.kind: run for run, one in reversed(repeatable.items())}
     chosen = dict.fromkeys([*firsts.values(), *repeatable])
     sample = [(run, runs[run]) for run in list(chosen)[: max(SAMPLE, len(firsts))]]
     with closing(do_all(sample, workers=workers)) as outcomes:
@@ -263,7 +266,7 @@ def _repeat(
 
 def _do(
     folder: Path,
-    left: dict[str, Run],
+    left: dict[str, AnyRun],
     done: Summaries,
     workers: int,
     outcome: Outcome,
@@ -288,7 +291,7 @@ def _do(
 def _sum_up(
     folder: Path,
     manifest: Manifest,
-    runs: dict[str, Run],
+    runs: dict[str, AnyRun],
     done: Summaries,
     outcome: Outcome,
     *,
@@ -304,7 +307,9 @@ def _sum_up(
             {"run": name, **run.names(), "status": "failed", **done.get(name, {})}
             for name, run in runs.items()
         ]
-        manifest.files = {results.RUNS: results.write_runs(folder, rows)}
+        manifest.files = {
+            results.RUNS: results.write_runs(folder, rows, next(iter(runs.values())).summary)
+        }
     failed = results.FAILED if part is None else "failed-{}-of-{}.csv".format(*part)
     (folder / failed).unlink(missing_ok=True)
     rows = [
@@ -325,11 +330,9 @@ def _sum_up(
     outcome.files = [*manifest.files, *([failed] if rows else []), results.MANIFEST]
 
 
-def code_digest(experiment: Experiment) -> str:
+def code_digest(experiment: Experiment | TransferExperiment) -> str:
     """Return a digest of the source: this package's, and of the modules that the file names."""
-    named: list[str] = [one["name"] for one in experiment.wrappers]
-    named += [row.name for row in experiment.searchers]
-    modules = {name.partition(":")[0] for name in named if ":" in name}
+    modules = {name.partition(":")[0] for name in experiment.named() if ":" in name}
     total = hashlib.sha256()
     for module in ["softvox_gym", "softvox_search", *sorted(modules)]:
         spec = util.find_spec(module)

@@ -13,7 +13,9 @@ from gymnasium.vector import VectorEnv
 
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
 from softvox_gym.wrappers import vector
+from softvox_search.experiment import transfer
 from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant
+from softvox_search.experiment.transfer import TransferExperiment
 from softvox_search.oracle import Budget, MakeEnv, Oracle
 from softvox_search.policies import with_policy
 from softvox_search.registry import found, make
@@ -62,8 +64,10 @@ def answers_from_table(problem: Problem) -> bool:
     )
 
 
-def check(experiment: Experiment, place: str) -> None:
-    """Make every environment and every searcher once, before the work.
+def check(
+    experiment: Experiment | TransferExperiment, place: str, progress: Callable[[int, int], None]
+) -> None:
+    """Make every environment and every searcher once, before the work; or every method.
 
     Raises
     ------
@@ -71,6 +75,8 @@ def check(experiment: Experiment, place: str) -> None:
         For a wrapper, a policy or a searcher that can't be made as the file says; it begins with
         the place.
     """
+    if isinstance(experiment, TransferExperiment):
+        return transfer.check(experiment, place, progress)
     environments, noisy = Environments(), experiment.levels is not None
     for problem in experiment.problems():
         names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"

@@ -15,8 +15,6 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, NamedTuple
 
-from softvox_search.experiment.schema import Run
-
 _SPAWN = multiprocessing.get_context("spawn")
 
 #: Libraries for linear algebra use as many threads as there are cores, and may add in another order
@@ -27,7 +25,7 @@ _SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THR
 _TERMINAL = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
 
 #: A run and its identity.
-Task = tuple[str, Run]
+Task = tuple[str, Any]
 
 
 class Done(NamedTuple):

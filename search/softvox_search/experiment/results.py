@@ -37,10 +37,10 @@ FOLDER, RUNS, FAILED, MANIFEST = "runs", "runs.csv", "failed.csv", "manifest.jso
 OURS = (MANIFEST, RUNS, FAILED, "report.md", FOLDER, "tables", "figures")
 
 _COUNTERS = ("sequence", "unique_sequence")
-TEXT_COLUMNS = ("run", "searcher", "physics", "shape", "policy", "status", "digest")
-
-#: What a run of any name has in runs.csv; nothing but the first where it failed.
-_SUMMARY = ("status", "unique", "evaluations", "steps", "recommended", "believed", "digest")
+TEXT_COLUMNS = (
+    *("run", "searcher", "physics", "shape", "policy", "status", "digest"),
+    *("method", "reality", "task"),
+)
 
 _MARK, _BLANK = b"sha256 with zeros here: ", b"0" * 64
 
@@ -134,11 +134,12 @@ class Results:
     @property
     def problems(self) -> list[Problem]:
         """The problems that the searchers were put to."""
-        return of_dict(self.experiment, MANIFEST).problems()
+        made: list[Problem] = of_dict(self.experiment, MANIFEST).problems()
+        return made
 
 
-def read(folder: Path) -> Results:
-    """Read a folder of finished results.
+def read(folder: Path, *, of_transfer: bool | None = False) -> Results:
+    """Read a folder of finished results: of searchers, of transfer methods, or of any where None.
 
     Raises
     ------
@@ -161,6 +162,11 @@ def read(folder: Path) -> Results:
         raise ResultsError(
             f"{path} is not as it was written; {manifest.command} --out {folder} writes it again "
             "from the runs"
+        )
+    if of_transfer is not None and of_transfer != ("methods" in manifest.experiment):
+        kinds = ("searchers", "transfer methods")[:: -1 if of_transfer else 1]
+        raise ResultsError(
+            f"{folder} holds results of {kinds[1]}, and those of {kinds[0]} are needed"
         )
     title = of_dict(manifest.experiment, str(folder / MANIFEST)).title
     runs = read_csv(path, TEXT_COLUMNS, recommended=_design, level=_number, believed=_number)
@@ -199,7 +205,7 @@ def encode(identity: str, summary: dict[str, Any], columns: Columns) -> bytes:
         compression="zstd",
         store_schema=False,
         use_dictionary=[name for name in columns if name not in _COUNTERS],
-        column_encoding=dict.fromkeys(_COUNTERS, "DELTA_BINARY_PACKED"),
+        column_encoding={name: "DELTA_BINARY_PACKED" for name in _COUNTERS if name in columns},
     ) as writer:
         writer.write_table(table)
         facts = json.dumps({"run": identity, **summary})
@@ -290,10 +296,13 @@ def clear(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def write_runs(folder: Path, rows: Sequence[dict[str, Any]]) -> str:
-    """Write runs.csv from the summaries of one run or more; return its SHA-256."""
-    names = [name for name in rows[0] if name not in _SUMMARY]
-    write_csv(folder / RUNS, (*names, *_SUMMARY), rows)
+def write_runs(folder: Path, rows: Sequence[dict[str, Any]], summary: Sequence[str]) -> str:
+    """Write runs.csv from names and summaries of one run or more; return its SHA-256.
+
+    Of the columns of the summary a run that failed has only the first, the status.
+    """
+    names = [name for name in rows[0] if name not in summary]
+    write_csv(folder / RUNS, (*names, *summary), rows)
     return file_digest(folder / RUNS)
 
 

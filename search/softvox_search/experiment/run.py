@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import platform
 from collections.abc import Iterator
 from functools import lru_cache
@@ -14,7 +12,8 @@ import numpy as np
 
 from softvox_gym.manifest import engine_probe
 from softvox_search.experiment.environments import Environments
-from softvox_search.experiment.schema import Run
+from softvox_search.experiment.schema import Run, sha256
+from softvox_search.experiment.transfer import TransferTask, cross
 from softvox_search.log import Columns, digest
 from softvox_search.log import identity as design_identity
 from softvox_search.oracle import Oracle
@@ -24,7 +23,10 @@ from softvox_search.run import believed
 from softvox_search.run import run as search
 
 #: Libraries that draw for searchers, or compute for them; a version may change the bits.
-LIBRARIES = ("cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "scipy")
+LIBRARIES = (
+    *("botorch", "cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "sbi"),
+    *("scikit-learn", "scipy", "torch"),
+)
 
 
 @lru_cache(maxsize=1)
@@ -46,9 +48,9 @@ def _versions() -> Iterator[tuple[str, str | None]]:
             yield library, None
 
 
-def identity(run: Run, made_with: dict[str, Any]) -> str:
+def identity(run: Run | TransferTask, made_with: dict[str, Any]) -> str:
     """Return the SHA-256 of all that a run's result depends on."""
-    return _sha256({**run.to_dict(), **made_with}).hex()
+    return sha256({**run.to_dict(), **made_with}).hex()
 
 
 def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
@@ -57,13 +59,13 @@ def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
     They are keyed by the names of searcher, physics, shape, level and policy and by the seed, so
     that whatever else an experiment asks for changes no run.
     """
-    words = np.frombuffer(_sha256(run.names()), dtype="<u4").tolist()
+    words = np.frombuffer(sha256(run.names()), dtype="<u4").tolist()
     of_searcher, of_noise = np.random.SeedSequence(run.entropy, spawn_key=words).spawn(2)
     return np.random.default_rng(of_searcher), np.random.default_rng(of_noise)
 
 
-def do(run: Run, environments: Environments) -> tuple[dict[str, Any], Columns]:
-    """Do a run in environments that are used again; raise whatever the searcher raises.
+def do(run: Run | TransferTask, environments: Environments) -> tuple[dict[str, Any], Columns]:
+    """Do a run in environments that are used again; raise whatever searcher or method raises.
 
     Returns
     -------
@@ -72,6 +74,8 @@ def do(run: Run, environments: Environments) -> tuple[dict[str, Any], Columns]:
     columns : dict of ndarray
         The log.
     """
+    if isinstance(run, TransferTask):
+        return cross(run)
     rng, noise = streams(run)
     choice, problem, budget = run.searcher, run.problem, run.searcher.budget.checked()
     # At level 0 a repeated evaluation costs what it costs at the others, so that budgets are equal.
@@ -94,9 +98,3 @@ def do(run: Run, environments: Environments) -> tuple[dict[str, Any], Columns]:
         "digest": digest(columns),
     }
     return summary, columns
-
-
-def _sha256(value: dict[str, Any]) -> bytes:
-    """Return the SHA-256 of a value's canonical JSON."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).digest()

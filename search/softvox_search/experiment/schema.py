@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import hashlib
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import msgspec
 from msgspec import Meta, Struct, structs
@@ -90,6 +91,20 @@ class Searcher(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return prod(len(value) for value in self.options.values() if isinstance(value, list))
 
 
+Row = TypeVar("Row", bound=Any)
+
+
+def combinations(row: Row) -> list[Row]:
+    """Return a row of the file, with options, for every combination of options that are lists."""
+    swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
+    made = []
+    for values in product(*swept.values()):
+        options = dict(zip(swept, values, strict=True))
+        label = (row.label or row.name) + (f"({shown(options)})" if options else "")
+        made.append(structs.replace(row, label=label, options={**row.options, **options}))
+    return made
+
+
 class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The file, whose keys `softvox compare --help` explains."""
 
@@ -140,20 +155,18 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     def searcher_choices(self) -> list[Searcher]:
         """Return the searchers, one for every combination of options that are lists."""
-        choices = []
-        for row in self.searchers:
-            swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
-            for values in product(*swept.values()):
-                options = dict(zip(swept, values, strict=True))
-                choice = structs.replace(
-                    row,
-                    label=(row.label or row.name) + (f"({_shown(options)})" if options else ""),
-                    options={**row.options, **options},
-                    seeds=row.seeds or self.seeds,
-                    budget=row.budget.within(self.budget),
-                )
-                choices.append(choice)
-        return choices
+        return [
+            structs.replace(
+                one, seeds=one.seeds or self.seeds, budget=one.budget.within(self.budget)
+            )
+            for row in self.searchers
+            for one in combinations(row)
+        ]
+
+    def named(self) -> list[str]:
+        """Return the names in the file that may be those of one's own code."""
+        wrappers = [str(one["name"]) for one in self.wrappers]
+        return [*wrappers, *(row.name for row in self.searchers)]
 
     def runs(self) -> list[Run]:
         """Return all runs: searcher x problem x policy x seed, the seed changing fastest."""
@@ -218,6 +231,16 @@ class Run:
     seed: int = 0
     entropy: int = 0
 
+    #: What comes of it, beside its names.
+    summary: ClassVar[tuple[str, ...]] = (
+        *("status", "unique", "evaluations", "steps", "recommended", "believed", "digest"),
+    )
+
+    @property
+    def kind(self) -> str:
+        """The searcher's name, whatever its label and options."""
+        return self.searcher.name
+
     @property
     def is_repeatable(self) -> bool:
         """Whether it gives the same bits each time: not where its budget is in CPU seconds."""
@@ -251,8 +274,8 @@ class Run:
         return ", ".join(f"{key} {value}" for key, value in known.items())
 
 
-def read(path: Path) -> Experiment:
-    """Read an experiment from a TOML file.
+def read(path: Path) -> Any:
+    """Read an experiment from a TOML file; `of_dict` says which kinds there are.
 
     Raises
     ------
@@ -268,23 +291,35 @@ def read(path: Path) -> Experiment:
     return of_dict({"title": path.stem, **data}, str(path))
 
 
-def of_dict(data: dict[str, Any], place: str) -> Experiment:
-    """Return an experiment from what `tomllib` reads of its file, or `Experiment.to_dict` returns.
+def of_dict(data: dict[str, Any], place: str) -> Any:
+    """Return an experiment from what `tomllib` reads of its file, or its `to_dict` returns.
+
+    That of transfer methods, `softvox_search.experiment.transfer.TransferExperiment`, where it has
+    the key methods; else an `Experiment`.
 
     Raises
     ------
     UsageError
         For what is none; it begins with the place.
     """
+    kind, keys, check = _kind(data)
     try:
-        experiment = msgspec.convert(data, Experiment)
+        experiment = msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
-        raise UsageError(f"{place}: {_explained(str(error), data)}") from None
+        raise UsageError(f"{place}: {_explained(str(error), data, keys)}") from None
     try:
-        _check(experiment)
+        check(experiment)
     except (TypeError, ValueError) as error:
         raise UsageError(f"{place}: {error}") from None
     return experiment
+
+
+def _kind(data: dict[str, Any]) -> tuple[Any, Mapping[str, tuple[str, ...]], Callable[[Any], None]]:
+    if "methods" in data:
+        from softvox_search.experiment import transfer
+
+        return transfer.TransferExperiment, transfer.KEYS, transfer.check_values
+    return Experiment, KEYS, _check
 
 
 def meant(given: str, valid: Iterable[str]) -> str:
@@ -302,13 +337,13 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 
 
-def _explained(message: str, data: dict[str, Any]) -> str:
+def _explained(message: str, data: dict[str, Any], all_keys: Mapping[str, tuple[str, ...]]) -> str:
     """Return what msgspec says of a file's content in the words of TOML, with the value."""
     said, _, path = message.partition(" - at `$")
     value: Any = data
-    place, keys = "", KEYS[""]
+    place, keys = "", all_keys[""]
     for part in re.findall(r"[^.\[\]`]+", path):
-        keys = KEYS.get(part, keys)
+        keys = all_keys.get(part, keys)
         if part.isdecimal():
             value = value[int(part)]
             name = value.get("label", value.get("name")) if isinstance(value, dict) else None
@@ -355,9 +390,9 @@ def _check(experiment: Experiment) -> None:
             Physics.of(problem.values)
         except (TypeError, ValueError) as error:
             raise ValueError(f"physics {problem.physics}: {error}") from None
-    _check_different("[[searchers]]", "label", [str(choice.label) for choice in choices])
-    _check_different("[[policies]]", "name", [one.name for one in experiment.policies])
-    _check_different("problem", "value", [repr(problem) for problem in problems])
+    check_different("[[searchers]]", "label", [str(choice.label) for choice in choices])
+    check_different("[[policies]]", "name", [one.name for one in experiment.policies])
+    check_different("problem", "value", [repr(problem) for problem in problems])
     labels = {problem.physics: problem.values for problem in problems}
     if any(labels[one.physics] != one.values for one in problems):
         raise ValueError("physics has a label twice; give each table a label of its own")
@@ -367,7 +402,8 @@ def _check(experiment: Experiment) -> None:
         raise ValueError(f"[[wrappers]] {NOISE} has a level of its own beside levels; drop one")
 
 
-def _check_different(kind: str, key: str, names: list[str]) -> None:
+def check_different(kind: str, key: str, names: list[str]) -> None:
+    """Raise ValueError for a name that is there twice."""
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
@@ -376,7 +412,7 @@ def _check_different(kind: str, key: str, names: list[str]) -> None:
 def _label(physics: str | dict[str, Any]) -> str:
     if isinstance(physics, str):
         return physics
-    return str(physics.get("label") or _shown(physics) or "exact")
+    return str(physics.get("label") or shown(physics) or "exact")
 
 
 def _values(physics: str | dict[str, Any]) -> str | dict[str, Any]:
@@ -385,6 +421,13 @@ def _values(physics: str | dict[str, Any]) -> str | dict[str, Any]:
     return {key: value for key, value in physics.items() if key != "label"}
 
 
-def _shown(values: dict[str, Any]) -> str:
+def shown(values: dict[str, Any]) -> str:
+    """Return values by their names as a label has them."""
     texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in values.items()}
     return ", ".join(f"{key}={text}" for key, text in texts.items())
+
+
+def sha256(value: dict[str, Any]) -> bytes:
+    """Return the SHA-256 of a value's canonical JSON."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).digest()

@@ -145,7 +145,7 @@ def transfer(
     (5,)
     """
     check_count("tests", tests, least=1)
-    check_count("seed", seed, least=0)
+    check_count("seed", seed, least=0, most=2**64 - 1)
     sigma = not_negative("measurement_noise", measurement_noise)
     if tests > N_DESIGNS:
         raise ValueError(f"tests must be at most {N_DESIGNS}, the designs there are, got {tests}")

@@ -1,0 +1,313 @@
+"""Experiments with transfer methods: what their file may say, and a run of one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import prod
+from typing import Annotated, Any, ClassVar, cast
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct, structs
+
+from softvox_gym import Task
+from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.realities import SETS, realities, reality
+from softvox_gym.tasks import HEADINGS
+from softvox_search.experiment.schema import (
+    MOST_RUNS,
+    Count,
+    Level,
+    Name,
+    Plain,
+    UsageError,
+    check_different,
+    combinations,
+    sha256,
+)
+from softvox_search.log import Columns, digest
+from softvox_search.transfer.registry import make
+from softvox_search.transfer.run import TransferRun, transfer
+from softvox_search.transfer.simulator import Simulator
+
+#: In `realities`: all that have a name.
+NAMED = "named"
+
+Names = Annotated[list[Name], Meta(min_length=1)]
+
+
+class MethodChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[methods]]; an option that is a list makes a method of each of its values.
+
+    An option that takes a list is a list of one list. Seeds, tests and realities, where they are
+    given, replace the experiment's.
+    """
+
+    name: Name
+    label: Name | None = None
+    options: dict[str, Plain] = {}
+    seeds: Count | None = None
+    tests: Count | None = None
+    realities: Names | None = None
+
+
+class TransferExperiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The file, whose keys `softvox compare --help` explains."""
+
+    seeds: Count
+    entropy: Annotated[int, Meta(ge=0)] = 0
+    title: str = ""
+    tests: Count = 20
+    measurement_noise: Level = 0.0
+    realities: Names = msgspec.field(default_factory=lambda: [NAMED])
+    tasks: Names = msgspec.field(default_factory=lambda: ["directed"])
+    methods: Annotated[list[MethodChoice], Meta(min_length=1)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it ready for JSON; `of_dict` reads it back."""
+        return cast(dict[str, Any], msgspec.to_builtins(self))
+
+    def named(self) -> list[str]:
+        """Return the names in the file that may be those of one's own code."""
+        return [row.name for row in self.methods]
+
+    def method_choices(self) -> list[MethodChoice]:
+        """Return the methods, one for every combination of options that are lists."""
+        return [
+            structs.replace(
+                one,
+                seeds=one.seeds or self.seeds,
+                tests=one.tests or self.tests,
+                realities=one.realities or self.realities,
+            )
+            for row in self.methods
+            for one in combinations(row)
+        ]
+
+    def runs(self) -> list[TransferTask]:
+        """Return all runs: method x reality x task x seed, the seed changing fastest."""
+        return [
+            TransferTask(
+                method=method,
+                reality=name,
+                task=task,
+                seed=seed,
+                entropy=self.entropy,
+                measurement_noise=self.measurement_noise,
+            )
+            for method in self.method_choices()
+            for name in members(method.realities or ())
+            for task in self.tasks
+            for seed in range(method.seeds or 1)
+        ]
+
+
+KEYS: Mapping[str, tuple[str, ...]] = {
+    "": TransferExperiment.__struct_fields__,
+    "methods": MethodChoice.__struct_fields__,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransferTask:
+    """A method in a reality with a task: of a heading, in all of `HEADINGS` one after the other."""
+
+    method: MethodChoice
+    reality: str
+    task: str = "directed"
+    seed: int = 0
+    entropy: int = 0
+    measurement_noise: float = 0.0
+
+    is_repeatable: ClassVar[bool] = True
+
+    #: What comes of it, beside its names: means over the headings, at the end.
+    summary: ClassVar[tuple[str, ...]] = (
+        *("status", "tests", "regret", "class_regret", "srcc_before", "srcc_after"),
+        *("kendall_before", "kendall_after", "heading_error_before", "heading_error"),
+        *("distance", "is_specified", "simulations", "digest"),
+    )
+
+    @property
+    def kind(self) -> str:
+        """The method's name, whatever its label and options."""
+        return self.method.name
+
+    @property
+    def headings(self) -> tuple[float | None, ...]:
+        """Of the task, degrees."""
+        return HEADINGS if self.task == "directed" else (None,)
+
+    def names(self) -> dict[str, Any]:
+        """Return the names by which reports, and the random streams, tell it from others."""
+        return {
+            "method": self.method.label,
+            "reality": self.reality,
+            "task": self.task,
+            "seed": self.seed,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all that its result depends on of the experiment, ready for JSON."""
+        where = reality(self.reality)
+        return {
+            "names": self.names(),
+            "entropy": self.entropy,
+            "method": {"name": self.method.name, "options": self.method.options},
+            "tests": self.method.tests,
+            "measurement_noise": self.measurement_noise,
+            "reality": {**where.to_dict(), "nominal": where.nominal.to_dict()},
+        }
+
+    def __str__(self) -> str:
+        return ", ".join(f"{key} {value}" for key, value in self.names().items())
+
+
+def members(names: list[str] | tuple[str, ...]) -> list[str]:
+    """Return the realities that names stand for: themselves, all named ones, or a set's."""
+    made = []
+    for name in names:
+        if name == NAMED:
+            made += list(realities())
+        elif name in SETS:
+            made += [f"{name}-{i}" for i in range(len(SETS[name]))]
+        else:
+            made.append(reality(name).name)
+    return made
+
+
+def check_values(experiment: TransferExperiment) -> None:
+    """Refuse what the types of the keys don't rule out; `check` tries the methods.
+
+    Raises
+    ------
+    ValueError
+    """
+    json.dumps(experiment.to_dict(), allow_nan=False)
+    for row in experiment.methods:
+        if [] in row.options.values():
+            raise ValueError(f"[[methods]] {row.name} options must not be empty lists")
+        if (row.tests or experiment.tests) > N_DESIGNS:
+            raise ValueError(f"tests must be at most {N_DESIGNS}, the designs there are")
+    for task in experiment.tasks:
+        Task(task)
+    check_different("tasks", "name", list(experiment.tasks))
+    number = sum(
+        prod(len(value) for value in row.options.values() if isinstance(value, list))
+        * (row.seeds or experiment.seeds)
+        * len(members(row.realities or experiment.realities))
+        for row in experiment.methods
+    )
+    if number * len(experiment.tasks) > MOST_RUNS:
+        raise ValueError(
+            f"seeds, methods, realities and tasks make {number * len(experiment.tasks)} runs, and "
+            f"at most {MOST_RUNS} are taken; give fewer"
+        )
+    for names in (experiment.realities, *(row.realities for row in experiment.methods)):
+        check_different("realities", "name", members(names or ()))
+    check_different("[[methods]]", "label", [str(one.label) for one in experiment.method_choices()])
+
+
+def check(experiment: TransferExperiment, place: str, progress: Callable[[int, int], None]) -> None:
+    """Make every reality's landscape and every method once, before the work.
+
+    The models of a method are landscapes as well, which are simulated now and kept.
+
+    Raises
+    ------
+    UsageError
+        For a method that can't be made as the file says; it begins with the place.
+    """
+    choices = experiment.method_choices()
+    where = dict.fromkeys(name for one in choices for name in members(one.realities or ()))
+    tried = dict.fromkeys(
+        (number, reality(name).nominal)
+        for number, one in enumerate(choices)
+        for name in members(one.realities or ())
+    )
+    total = len(where) + len(tried)
+    progress(0, total)
+    for done, name in enumerate(where, start=1):
+        reality(name).landscape()
+        progress(done, total)
+    for done, (number, nominal) in enumerate(tried, start=len(where) + 1):
+        one = choices[number]
+        for task in experiment.tasks:
+            try:
+                options: dict[str, Any] = one.options
+                make(one.name, Simulator(nominal), Task(task), np.random.default_rng(0), **options)
+            except (ImportError, TypeError, ValueError) as error:
+                raise UsageError(f"{place}: [[methods]] {one.label}: {error}") from error
+            except (Exception, SystemExit) as error:
+                what = f"fails with {type(error).__name__}: {error}"
+                raise UsageError(f"{place}: [[methods]] {one.label}: {what}") from error
+        progress(done, total)
+
+
+def cross(run: TransferTask) -> tuple[dict[str, Any], Columns]:
+    """Do a run; raise whatever the method raises.
+
+    Returns
+    -------
+    summary : dict
+        A row of `Results.runs`, but for the column run.
+    columns : dict of ndarray
+        Test by test, heading by heading: heading in degrees (NaN where the task has none), test
+        from 1, design, reward in voxel widths, recommended, regret, class_regret. A method that
+        ended early has fewer designs than recommendations: -1, and NaN, in place of the others.
+    """
+    made = [_crossed(run, heading) for heading in run.headings]
+    tests = run.method.tests or 1
+    columns = {
+        "heading": np.repeat(np.array(run.headings, dtype=np.float64), tests),
+        "test": np.tile(np.arange(1, tests + 1, dtype="<i4"), len(made)),
+        "design": np.concatenate([_padded(one.tested, tests, -1) for one in made]),
+        "reward": np.concatenate([_padded(one.rewards, tests, np.nan) for one in made]),
+        "recommended": np.concatenate([one.recommended for one in made]),
+        "regret": np.concatenate([one.regret for one in made]),
+        "class_regret": np.concatenate([one.class_regret for one in made]),
+    }
+    means = {
+        name: _mean([getattr(one, name) for one in made])
+        for name in run.summary
+        if name not in ("status", "tests", "regret", "class_regret", "is_specified", "digest")
+    }
+    summary = {
+        **run.names(),
+        "status": "ok",
+        "tests": tests,
+        "regret": _mean([one.regret[-1] for one in made]),
+        "class_regret": _mean([one.class_regret[-1] for one in made]),
+        **means,
+        "is_specified": made[0].is_specified,
+        "digest": digest(columns, {name: column.dtype.str for name, column in columns.items()}),
+    }
+    return summary, columns
+
+
+def _crossed(run: TransferTask, heading: float | None) -> TransferRun:
+    """Do one of a run's headings, with a stream of its own, keyed by names."""
+    words = sha256({"entropy": run.entropy, **run.names(), "heading": heading})
+    options: dict[str, Any] = run.method.options
+    return transfer(
+        run.method.name,
+        reality=run.reality,
+        task=run.task,
+        heading=heading,
+        tests=run.method.tests or 1,
+        seed=int.from_bytes(words[:8], "little"),
+        measurement_noise=run.measurement_noise,
+        **options,
+    )
+
+
+def _padded(values: Any, n: int, with_: float) -> Any:
+    return np.concatenate([values, np.full(n - len(values), with_, dtype=values.dtype)])
+
+
+def _mean(values: list[float]) -> float | None:
+    """Return the mean; None where there is none, as JSON knows no NaN."""
+    mean = float(np.mean(values))
+    return None if np.isnan(mean) else mean
