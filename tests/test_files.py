@@ -1,11 +1,20 @@
 import errno
+import io
 import os
 
+import numpy as np
 import pytest
 from cli_process import snapshot
 
 from softvox_gym import files
-from softvox_gym.files import OutputError, check_file, check_folder, write_file, write_folder
+from softvox_gym.files import (
+    OutputError,
+    archive_of,
+    check_file,
+    check_folder,
+    write_file,
+    write_folder,
+)
 
 CONTENTS = {"table": b"1,2\n", "manifest": b"{}"}
 
@@ -21,6 +30,16 @@ def interrupt(*_args, **_kwargs):
 def test_a_new_folder_appears_with_all_its_files_and_nothing_else(tmp_path):
     write_folder(tmp_path / "out", CONTENTS, force=False)
     assert snapshot(tmp_path) == {"out": None, "out/table": b"1,2\n", "out/manifest": b"{}"}
+
+
+def test_an_archive_is_what_numpy_reads_and_the_same_each_time():
+    arrays = {"b": np.array([0.1, -0.0, np.nan]), "a": np.zeros(2, [("x", "i8"), ("y", "f4")])}
+    content = archive_of(arrays)
+    assert content == archive_of(arrays)
+    with np.load(io.BytesIO(content)) as read:
+        assert read.files == list(arrays)
+        assert all(read[name].dtype == values.dtype for name, values in arrays.items())
+        assert all(read[name].tobytes() == values.tobytes() for name, values in arrays.items())
 
 
 def test_an_empty_folder_is_filled(tmp_path):

@@ -3,7 +3,6 @@
 Run by `make noise`, after a change of the engine or of the noise; takes about ten minutes.
 """
 
-import io
 import sys
 import time
 from pathlib import Path
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym import landscape
 from softvox_gym.engine import Progress as Report
 from softvox_gym.evaluation import evaluate
-from softvox_gym.files import write_file
+from softvox_gym.files import archive_of, write_file
 from softvox_gym.landscapes.noisy import LEVELS, ROW, STATISTICS, name_of
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS
 from softvox_gym.noise import Jakobi
@@ -40,9 +39,7 @@ def main() -> None:
             levels[name_of(level)] = measure(level, progress)
         seconds, cpu_seconds = time.perf_counter() - wall, time.process_time() - cpu
         print(f"level {level:g}: {seconds:.0f} s, {cpu_seconds:.0f} CPU-seconds")
-    archive = io.BytesIO()
-    np.savez_compressed(archive, **levels)
-    write_file(Path(str(COMPUTED)) / STATISTICS, archive.getvalue(), force=True)
+    write_file(Path(str(COMPUTED)) / STATISTICS, archive_of(levels), force=True)
 
 
 def measure(level: float, progress: Progress) -> NDArray[np.void]:

@@ -5,13 +5,12 @@ minutes of one core, nearly all of them for the high resolution; names given as 
 alone, and the others kept.
 """
 
-import io
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from softvox_gym.files import write_file
+from softvox_gym.files import archive_of, write_file
 from softvox_gym.landscapes.table import AXES, COMPUTED, REALITIES, STEPS, compute, shipped
 from softvox_gym.progress import Progress
 
@@ -26,9 +25,7 @@ def main(names: list[str]) -> None:
             table = compute(known[name], progress=progress)
         arrays[name] = np.stack([table[axis] for axis in AXES], axis=-1)
         arrays[name + STEPS] = table["steps"].astype(np.int32)
-    archive = io.BytesIO()
-    np.savez_compressed(archive, **{name: arrays[name] for name in sorted(arrays)})
-    write_file(path, archive.getvalue(), force=True)
+    write_file(path, archive_of({name: arrays[name] for name in sorted(arrays)}), force=True)
 
 
 if __name__ == "__main__":

@@ -3,14 +3,13 @@
 Run by `make table`, after a change of the engine that changes its bits.
 """
 
-import io
 import json
 from pathlib import Path
 
 import numpy as np
 
 from softvox_gym import simulate
-from softvox_gym.files import write_file
+from softvox_gym.files import archive_of, write_file
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, TRACKS
 from softvox_gym.manifest import digest, provenance
 
@@ -26,15 +25,14 @@ def main() -> None:
     assert result.track is not None
     assert np.array_equal(result.track[:, -1], result.displacement)
     assert not result.diverged.any()
-    archive = io.BytesIO()
-    np.savez_compressed(archive, track=result.track, steps=result.steps)
+    content = archive_of({"track": result.track, "steps": result.steps})
     facts = {
         "engine_digest": digest(result.displacement),
         "physics": "published",
         **{name: origin[name] for name in FACTS},
     }
     folder = Path(str(COMPUTED))
-    write_file(folder / TRACKS, archive.getvalue(), force=True)
+    write_file(folder / TRACKS, content, force=True)
     write_file(folder / ORIGIN, (json.dumps(facts, indent=2) + "\n").encode(), force=True)
 
 
