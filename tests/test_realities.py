@@ -1,6 +1,7 @@
 """Realities are other physics of the same engine, said by name, by hand or by a seed."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import gymnasium as gym
@@ -25,6 +26,24 @@ def test_a_named_reality_says_what_it_is(name):
     assert one.source
     assert json.loads(json.dumps(one.to_dict()))["physics"] == one.physics.to_dict()
     assert hash(one) == hash(replace(one))
+
+
+def test_a_reality_is_a_value_whatever_kind_of_number_makes_it():
+    more = {"phase": np.full((2, 1, 1), 0.25), "strain_error": np.float32(0.25)}
+    one = Reality("mine", BRIEF, seed=np.int64(3), resolution=np.uint8(1), **more)
+    again = Reality("mine", BRIEF, strain_error=0.25, phase=[[[0.25]], [[0.25]]], seed=3)
+    for other in (again, pickle.loads(pickle.dumps(one))):
+        assert other == one
+        assert hash(other) == hash(one)
+    assert json.loads(json.dumps(one.to_dict())) == json.loads(json.dumps(again.to_dict()))
+
+
+def test_the_name_of_a_reality_is_no_physics():
+    for what in (softvox_gym.landscape, lambda name: evaluate(6453, name)):
+        with pytest.raises(
+            ValueError, match=r"soft is a reality, no physics; give reality\('soft'\)"
+        ):
+            what("soft")
 
 
 def test_a_plain_reality_is_the_simulation_of_its_physics():
@@ -157,7 +176,10 @@ def test_an_environment_says_what_is_wrong(options, error, message):
         ({"physics": {"density": [1e6, 2e6]}}, ValueError, "single numbers"),
         ({"nominal": {"gravty": 1}}, ValueError, "no parameter 'gravty'"),
         ({"strain_error": -0.1}, ValueError, "strain_error must be finite and at least 0"),
+        ({"nominal": reality("soft")}, TypeError, "a dict of fields or a Physics, got Reality"),
         ({"phase": np.nan}, ValueError, "phase must be finite"),
+        ({"phase": "late"}, TypeError, "phase must be a number or an even array of them"),
+        ({"phase": [[0.5], [0.5, 0.1]]}, TypeError, "phase must be a number or an even array"),
         ({"phase": np.zeros((1, 1, 1, 1))}, ValueError, "at most three dimensions"),
         ({"resolution": 2}, ValueError, "factor must be odd"),
         ({"resolution": 1.5}, TypeError, "resolution must be a whole number"),
@@ -199,7 +221,7 @@ def test_the_directed_task_is_the_way_along_its_heading():
     turned = Task("directed", 30.0).reward(moved)
     angle = np.radians(30)
     assert turned == pytest.approx(moved[:, :2] @ [np.cos(angle), np.sin(angle)], abs=1e-12)
-    assert Task("directed") == Task("directed", 0.0)
+    assert Task("directed") == Task("directed", 0.0) == Task("directed", -1e-20)
     assert str(Task("directed", 90)) == "directed 90 degrees"
     with pytest.raises(ValueError, match="has no heading"):
         _ = Task().direction

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from softvox_gym.design import EXPANSIONS, refined, repeated, stack_of
 from softvox_gym.lattice import Lattice, number_of
 from softvox_gym.noise import Trials, not_negative, tilted
-from softvox_gym.physics import Physics
+from softvox_gym.physics import PRESETS, Physics
 from softvox_gym.portable import direction, exp, normal
 from softvox_gym.simulation import Result, check_count, simulate
 
@@ -104,6 +104,8 @@ class Reality:
             "nominal": single_physics(self.nominal),
             "strain_error": not_negative("strain_error", self.strain_error),
             "phase": _phases(self.phase),
+            "seed": int(self.seed),
+            "resolution": int(self.resolution),
         }
         for name, value in changed.items():
             object.__setattr__(self, name, value)
@@ -115,10 +117,12 @@ class Reality:
         Raises
         ------
         TypeError, ValueError
-            As `Physics.of` does, or for a physics of arrays.
+            As `Physics.of` does, or for a physics of arrays or the name of a reality.
         """
         if isinstance(reality, Reality):
             return reality
+        if isinstance(reality, str) and reality not in PRESETS and reality in realities():
+            raise ValueError(f"{reality} is a reality, no physics; give reality({reality!r})")
         return cls("physics", single_physics(reality))
 
     @classmethod
@@ -137,6 +141,11 @@ class Reality:
     def is_plain(self) -> bool:
         """Whether a `Physics` says it all."""
         return not self.strain_error and self.phase == 0.0 and self.resolution == 1
+
+    @property
+    def plain_physics(self) -> Physics | None:
+        """The physics where that says it all; else None."""
+        return self.physics if self.is_plain else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what results depend on, ready for JSON."""
@@ -397,7 +406,12 @@ def log_between(share: float, low: float, high: float) -> float:
 
 def _phases(values: ArrayLike) -> Any:
     """Return phases as a number or nested tuples, which can be compared and hashed."""
-    array = np.asarray(values, dtype=np.float64)
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"phase must be a number or an even array of them, got {values!r}"
+        ) from None
     if array.ndim > 3 or not np.isfinite(array).all():
         raise ValueError(
             f"phase must be finite numbers of at most three dimensions, got shape {array.shape}"

@@ -60,7 +60,7 @@ class Task:
             raise TypeError(f"heading must be a number of degrees, got {heading!r}")
         if not isfinite(heading):
             raise ValueError(f"heading must be finite, got {heading}")
-        object.__setattr__(self, "heading", float(heading) % 360.0)
+        object.__setattr__(self, "heading", float(heading) % 360.0 % 360.0)  # -1e-20 is 360 first
 
     @property
     def direction(self) -> tuple[float, float]:

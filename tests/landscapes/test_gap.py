@@ -7,7 +7,17 @@ import pytest
 from cli_process import softvox
 from scipy import stats
 
-from softvox_gym import Physics, Reality, landscape, realities, reality, simulate, step_error
+from softvox_gym import (
+    Physics,
+    Reality,
+    evaluate,
+    landscape,
+    realities,
+    reality,
+    simulate,
+    step_error,
+)
+from softvox_gym.cli import main
 from softvox_gym.landscapes import gap, table
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.table import AXES, N_DESIGNS
@@ -16,7 +26,7 @@ NAMES = list(realities())
 
 #: Some designs of every reality are simulated again; of these as many.
 SAMPLED = 24
-FINE = 2
+FINE = 4
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -47,8 +57,16 @@ def test_the_nominal_simulator_of_other_cycles_ships_as_well():
     assert nominal["fitness"][[6453, 926]].tolist() == again.fitness.tolist()
 
 
-def test_the_tables_of_the_realities_are_small():
-    assert (table.COMPUTED / table.REALITIES).stat().st_size < 4e6
+def test_the_table_of_every_reality_ships_and_all_are_small():
+    with np.load(table.COMPUTED / table.REALITIES) as archive:
+        steps = {f"{name}{table.STEPS}" for name in table.shipped()}
+        assert set(archive.files) == {*table.shipped(), *steps}
+    assert sum(path.stat().st_size for path in table.COMPUTED.iterdir()) < 4e6
+
+
+def test_a_table_has_a_physics_where_that_says_it_all():
+    assert reality("soft").landscape().physics == reality("soft").physics
+    assert reality("fabrication").landscape().physics is None
 
 
 @pytest.fixture(scope="module")
@@ -137,10 +155,30 @@ def test_the_command_prints_the_table_and_writes_it(tmp_path):
     assert rows == [gap.row(reality("soft"))]
 
 
+def test_designs_that_diverge_are_worth_nothing_and_told(monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("SOFTVOX_CACHE", str(tmp_path))
+    wild = Reality("wild", {"preset": "published", "duration": 0.5, "damping_link": 50.0})
+    monkeypatch.setattr("softvox_gym.cli.reality.reality", lambda _: wild)
+    assert main(["reality", "wild"]) == 0
+    lost = np.flatnonzero(wild.landscape()["diverged"])
+    assert len(lost) > 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f"{len(lost)} designs diverge in wild; their reward is 0"
+    assert gap.value(wild.landscape())[lost].max() == 0
+    tried = evaluate(lost[:4], wild)
+    assert tried.diverged.all()
+    assert tried.fitness.max() == 0
+
+
 def test_the_command_lists_what_there_is_and_names_what_is_not():
     listed = softvox("reality", "--list").stdout
     assert all(f"{name} " in listed for name in NAMES)
-    done = softvox("reality", "sofd")
-    assert done.returncode == 2
-    assert "no reality 'sofd'; did you mean soft?" in done.stderr
-    assert done.stderr.count("\n") == 1
+    for wrong, message in {
+        "sofd": "no reality 'sofd'; did you mean soft?",
+        "test-30": "no reality 'test-30'; there are clamp",
+        "--tsak": "no option --tsak",
+    }.items():
+        done = softvox("reality", wrong)
+        assert done.returncode == 2
+        assert message in done.stderr
+        assert done.stderr.count("\n") == 1

@@ -38,7 +38,7 @@ def add_parser(commands: Any) -> None:
         "names",
         nargs="*",
         metavar="NAME",
-        help=f"of {', '.join(realities())}, or public-0 and so on (default: all named)",
+        help="one that --list shows, or of a set, as public-0 (default: all that --list shows)",
     )
     parser.add_argument(
         "--list", action="store_true", help="say what each is and who found it, and nothing else"
@@ -70,6 +70,9 @@ def run(args: Namespace) -> int:
         print(json.dumps(rows, indent=2, allow_nan=False))
         return 0
     print(table.text())
+    for row in table.records():
+        if row["diverged"]:
+            print(f"\n{row['diverged']} designs diverge in {row['reality']}; their reward is 0")
     if args.out is not None:
         print(f"\nwrote {args.out / TABLE}")
     return 0

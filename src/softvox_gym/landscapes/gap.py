@@ -71,24 +71,21 @@ def row(reality: Reality) -> dict[str, Any]:
     """Return the gap between a reality and its nominal simulator, by the keys of `COLUMNS`."""
     nominal, real = landscape(reality.nominal), reality.landscape()
     worth, here = value(nominal), value(real)
-    top, best = ranked(worth)[:TOP], int(ranked(here)[0])
-    classes = class_best(here)
-    directed = [
-        [regret(value(nominal, task), value(real, task), tries) for tries in TRIED]
-        for task in (Task("directed", heading) for heading in HEADINGS)
-    ]
+    top, real_top = ranked(worth)[:TOP].tolist(), ranked(here)[:TOP].tolist()
+    tasks = [Task("directed", heading) for heading in HEADINGS]
+    directed = [regrets(value(nominal, task), value(real, task)) for task in tasks]
     has_heading = (worth > LEAST_TRAVEL) & (here > LEAST_TRAVEL)
     turns = turned(nominal, real)
     return {
         "reality": reality.name,
         "tau": kendall_tau(worth, here),
         "srcc": srcc(worth, here),
-        "kept": len(np.intersect1d(top, ranked(here)[:TOP])),
-        "best": best,
-        "best_digits": Design(best).digits,
-        "best_fitness": float(here[best]),
-        **{f"regret_{tries}": regret(worth, here, tries) for tries in TRIED},
-        "class_regret_1": regret(worth, classes, 1),
+        "kept": len({*top} & {*real_top}),
+        "best": real_top[0],
+        "best_digits": Design(real_top[0]).digits,
+        "best_fitness": float(here[real_top[0]]),
+        **{f"regret_{n}": lost for n, lost in zip(TRIED, regrets(worth, here), strict=True)},
+        "class_regret_1": regrets(worth, class_best(here))[0],
         **{
             f"directed_{n}": float(mean)
             for n, mean in zip(TRIED, np.mean(directed, axis=0), strict=True)
@@ -105,13 +102,13 @@ def value(table: Table, task: Task | None = None) -> Array:
     return np.where(table["diverged"], 0.0, (task or Task()).reward(moved))
 
 
-def regret(nominal: Array, real: Array, tries: int = 1) -> float:
-    """Return what is lost by taking the best in reality of the nominal best so many.
+def regrets(nominal: Array, real: Array) -> list[float]:
+    """Return what is lost by taking the best in reality of the nominal best, for each of `TRIED`.
 
     It is a share of what the best of all is worth; 0 where nothing is worth anything.
     """
-    best = real.max()
-    return float(1 - real[ranked(nominal)[:tries]].max() / best) if best > 0 else 0.0
+    best, found = real.max(), real[ranked(nominal)]
+    return [float(1 - found[:tries].max() / best) if best > 0 else 0.0 for tries in TRIED]
 
 
 def srcc(nominal: Array, real: Array) -> float:

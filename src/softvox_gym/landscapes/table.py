@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import BodyFacts, Design
+from softvox_gym.design import BodyFacts
 from softvox_gym.engine import Progress
 from softvox_gym.evaluation import DISPLACEMENT, Evaluation
 from softvox_gym.files import OutputError, write_file
@@ -66,7 +66,8 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
     Attributes
     ----------
     physics : Physics or None
-        Under which the designs were simulated, where that is known.
+        Under which the designs were simulated; None where a physics does not say it all, as in a
+        reality that is not plain, or where it is not known.
     """
 
     physics: Physics | None
@@ -126,9 +127,8 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     """Return every design of the 2x2x2 lattice and what became of it, exactly.
 
     The landscapes under `Physics.published` and in the named realities ship with the package. Any
-    other is simulated when it
-    is first asked for, which takes some seconds, and kept in the user's cache folder
-    ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and
+    other is simulated when it is first asked for, which takes some seconds, and kept in the user's
+    cache folder ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and
     $XDG_CACHE_HOME/softvox-gym or ~/.cache/softvox-gym elsewhere), where that can be written.
 
     Parameters
@@ -144,8 +144,8 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
         displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged,
         where these are NaN; steps, the time steps taken; step_error, by how much the fitness
         changes at half the step (`softvox_gym.step_error`), known of the published landscape, and
-        NaN where it is not. A fresh copy;
-        `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
+        NaN where it is not. A fresh copy; `pandas.DataFrame(softvox_gym.landscape())` makes a data
+        frame of it.
 
     Raises
     ------
@@ -163,15 +163,15 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
 
 @lru_cache(maxsize=16)
 def _landscape(reality: Reality) -> Table:
-    physics = reality.physics
-    if reality.is_plain and physics == Physics.published():
+    physics = reality.plain_physics
+    if physics == Physics.published():
         table = _table(physics, tracks().track[:, -1], tracks().steps)
-        if "half_step" in _archive():
-            halved = _table(physics, *_archive()["half_step"])
-            table["step_error"][:] = np.abs(halved["fitness"] - table["fitness"])
+        if (halved := _archived("half_step")) is not None:
+            fitness = _table(physics, *halved)["fitness"]
+            table["step_error"][:] = np.abs(fitness - table["fitness"])
         return table
-    if (name := _names().get(_facts(reality), "")) in _archive():
-        return _table(physics, *_archive()[name])
+    if (found := _archived(_names().get(_facts(reality)))) is not None:
+        return _table(physics, *found)
     path = cache_path(reality)
     if path is None:
         return compute(reality)
@@ -189,10 +189,12 @@ def compute(
     """Simulate every design; see `landscape` for the table, and `simulate` for the parameters."""
     reality = Reality.of(physics)
     result = reality.simulate(np.arange(N_DESIGNS), threads=threads, progress=progress)
-    return _table(reality.physics, result.displacement, result.steps)
+    return _table(reality.plain_physics, result.displacement, result.steps)
 
 
-def _table(physics: Physics, displacement: NDArray[np.float64], steps: NDArray[np.int32]) -> Table:
+def _table(
+    physics: Physics | None, displacement: NDArray[np.float64], steps: NDArray[np.int32]
+) -> Table:
     rows = _designs().copy()
     for axis, name in enumerate(AXES):
         rows[name] = displacement[:, axis]
@@ -208,7 +210,7 @@ def _designs() -> NDArray[np.void]:
     """Return the rows of all designs, without what becomes of them."""
     rows = np.zeros(N_DESIGNS, dtype=ROW)
     rows["design"] = np.arange(N_DESIGNS)
-    rows["digits"] = [Design(i).digits for i in range(N_DESIGNS)]
+    rows["digits"] = (LATTICE.digits(rows["design"]) + ord("0")).view("S8")[:, 0]
     for name, values in bodies()._asdict().items():
         rows[name] = values
     return rows
@@ -242,11 +244,13 @@ def shipped() -> dict[str, Reality]:
 
     By their names in the archive.
     """
-    made = realities()
-    for name, one in realities().items():
-        if one.nominal != Physics.published():
-            made[f"{name}_nominal"] = Reality.of(one.nominal)
-    return made
+    named = realities()
+    nominals = {
+        f"{name}_nominal": Reality.of(one.nominal)
+        for name, one in named.items()
+        if one.nominal != Physics.published()
+    }
+    return named | nominals
 
 
 @lru_cache(maxsize=1)
@@ -255,12 +259,10 @@ def _names() -> dict[str, str]:
     return {_facts(one): name for name, one in shipped().items()}
 
 
-@lru_cache(maxsize=1)
-def _archive() -> dict[str, tuple[NDArray[np.float64], NDArray[np.int32]]]:
-    """Return displacement and steps of every design, by the names of `shipped`."""
+def _archived(name: str | None) -> tuple[NDArray[np.float64], NDArray[np.int32]] | None:
+    """Return displacement and steps of every design under a name of `shipped`, if that is there."""
     with (COMPUTED / REALITIES).open("rb") as file, np.load(file) as archive:
-        names = [name for name in archive if not name.endswith(STEPS)]
-        return {name: (archive[name], archive[name + STEPS]) for name in names}
+        return (archive[name], archive[f"{name}{STEPS}"]) if name in archive else None
 
 
 def _facts(reality: Reality) -> str:

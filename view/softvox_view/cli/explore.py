@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
 import socket
 import threading
@@ -59,6 +58,8 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Serve until Ctrl-C, which is how this is meant to end: 0."""
+    import asyncio  # slow, which would be felt by every command
+
     try:
         from softvox_view.explore.app import Explorer
     except ModuleNotFoundError as error:
