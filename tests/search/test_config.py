@@ -47,7 +47,7 @@ def test_a_file_is_read_with_what_it_leaves_out_filled_in(tmp_path):
 AXES = """\
 seeds = 2
 shape = [[2, 2, 2], [1, 2, 3]]
-physics = ["published", { gravity = -1.62 }, { label = "ice", preset = "published", \
+physics = ["published", { shear_ratio = 0.5 }, { label = "ice", preset = "published", \
 friction_static = 0.1, friction_kinetic = 0.1 }]
 budget.unique = 30
 [[searchers]]
@@ -69,11 +69,12 @@ def test_axes_are_searcher_by_problem_by_policy_by_seed_and_lists_are_sweeps(tmp
     assert [(p.physics, str(p.shape)) for p in experiment.problems()] == [
         ("published", "2x2x2"),
         ("published", "1x2x3"),
-        ("gravity=-1.62", "2x2x2"),
-        ("gravity=-1.62", "1x2x3"),
+        ("shear_ratio=0.5", "2x2x2"),
+        ("shear_ratio=0.5", "1x2x3"),
         ("ice", "2x2x2"),
         ("ice", "1x2x3"),
     ]
+    assert Physics.of(experiment.problems()[2].values).shear_ratio == pytest.approx(0.5)
     ice = experiment.problems()[4]
     assert Physics.of(ice.values).friction_kinetic == 0.1
     assert ice.to_dict()["physics"] == {"friction_static": 0.1, "friction_kinetic": 0.1}

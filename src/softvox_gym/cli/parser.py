@@ -89,6 +89,8 @@ def add_physics(parser: argparse.ArgumentParser) -> None:
         unit = f"; {spec.unit}" if spec.unit else ""
         text = f"{spec.about}{unit} (default: {default})"
         group.add_argument(option, help=text, **_kind(spec))
+    text = "T*, the shear strength of a voxel's face over its weight; in place of --shear-strength"
+    group.add_argument("--shear-ratio", type=number, metavar="X", help=text)
 
 
 def _kind(spec: ParameterSpec) -> dict[str, Any]:
@@ -119,5 +121,7 @@ def physics_of(args: argparse.Namespace) -> Physics:
         )
     if len(gravity) == 1:
         changes["gravity"] = gravity[0]
+    if args.shear_ratio is not None:
+        changes["shear_ratio"] = args.shear_ratio
     with bad_input():
         return Physics.of({"preset": args.physics, **changes})
