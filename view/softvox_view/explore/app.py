@@ -140,7 +140,7 @@ class Explorer:
         """Say what can be asked for, and all about the published landscape.
 
         cells has the design of every cell of the map, row by row from the bottom; noise is the mean
-        fitness under noise of level 1, by design.
+        fitness under noise of level 1, by design, step_error what half the time step changes.
         """
         table = softvox_gym.landscape()
         row, column = np.divmod(np.arange(len(table)), SIDE)
@@ -149,6 +149,7 @@ class Explorer:
             "cells": design_at(row, column).tolist(),
             **{name: table[name].tolist() for name in ("n_voxels", "n_active", "is_connected")},
             "noise": listed(noisy_landscape(1.0)["mean"]),
+            "step_error": listed(table["step_error"]),
             **landscapes.values_of(table),
             "version": softvox_gym.__version__,
             "sliders": requests.SLIDERS,

@@ -41,6 +41,7 @@ export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
     ["in one piece", (i) => (atlas.is_connected[i] ? "yes" : "no")],
     ["fitness", (i) => fitness[i], 4],
     ["published", (i) => atlas.fitness[i], 4],
+    ["step error, voxel widths", (i) => atlas.step_error[i], 4],
     ["mean under noise", (i) => atlas.noise[i], 2],
     ["rank of 6561", (i) => rankOf(fitness, i)],
     ["dx", (i) => dx[i], 2],
