@@ -73,7 +73,8 @@ figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
 		--results baselines/noise_free --results baselines/noise
 
-# The tables that ship with the package; anew after a change of the engine or of the noise.
+# The tables that ship with the package; anew after a change of the engine, of the noise or
+# of a reality. Realities take 40 minutes; one alone: python tools/realities.py NAME
 table: $(VENV)/installed
 	$(BIN)/python tools/table.py
 

@@ -11,11 +11,11 @@ in the automatic design of robot swarms", Swarm Intelligence 14, 2020.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import log, pi
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,9 +26,6 @@ from softvox_gym.noise import Trials, not_negative, tilted
 from softvox_gym.physics import PRESETS, Physics
 from softvox_gym.portable import direction, exp, normal
 from softvox_gym.simulation import Result, check_count, simulate
-
-if TYPE_CHECKING:
-    from softvox_gym.landscapes.table import Table
 
 Array: TypeAlias = NDArray[np.float64]
 PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
@@ -88,6 +85,9 @@ class Reality:
     expansion: str = "spherical"
     seed: int = 0
     nominal: Physics = field(default_factory=Physics.published)
+
+    #: `softvox_gym.landscape` of it, which is built on this module and puts itself here.
+    landscape: ClassVar[Callable[[Reality], Any]]
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
@@ -218,16 +218,6 @@ class Reality:
         if self.resolution == 1:
             return physics
         return replace(physics, edge=physics.edge / self.resolution)
-
-    def landscape(self) -> Table:
-        """Return every design of the 2x2x2 lattice and what becomes of it here, exactly.
-
-        Those of the named realities ship with the package; others are simulated when first asked
-        for, and kept; see `softvox_gym.landscape`.
-        """
-        from softvox_gym.landscapes.table import landscape
-
-        return landscape(self)
 
 
 def single_physics(physics: PhysicsLike) -> Physics:

@@ -40,6 +40,8 @@ def test_it_loads_without_an_error_and_asks_nobody_else(driver, served):
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
     assert facts(driver)["fitness"] == ["4.6573"]
     assert facts(driver)["rank of 6561"] == ["1"]
+    error = softvox_gym.landscape()["step_error"][6453]
+    assert facts(driver)["step error, voxel widths"] == [f"{error:.4f}"]
     assert shown(driver, "player", "player.supported")
     assert errors(driver) == []
     assert [url for url in requests(driver) if not url.startswith(served.address)] == []

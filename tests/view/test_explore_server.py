@@ -85,6 +85,7 @@ def test_the_atlas_is_the_table_and_the_tessellation(served):
     table = softvox_gym.landscape()
     assert atlas["fitness"] == table["fitness"].tolist()
     assert atlas["noise"] == softvox_gym.noisy_landscape(1.0)["mean"].tolist()
+    assert atlas["step_error"] == table["step_error"].tolist()
     row, column = cell_of(np.array(atlas["cells"]))
     assert np.array_equal(row * atlas["side"] + column, np.arange(6561))
 

@@ -161,6 +161,9 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     return _landscape(Reality.of(physics)).copy()
 
 
+Reality.landscape = landscape
+
+
 @lru_cache(maxsize=16)
 def _landscape(reality: Reality) -> Table:
     physics = reality.plain_physics
