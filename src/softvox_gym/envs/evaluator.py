@@ -98,7 +98,7 @@ class Evaluator:
         self.threads = threads
         if render_mode not in (None, *METADATA["render_modes"]):
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
-        is_published = self.reality.is_plain and self.physics == Physics.published()
+        is_published = self.reality.plain_physics == Physics.published()
         if from_table and not (is_published and self.lattice == LATTICE):
             raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
         if not self.reality.is_plain:

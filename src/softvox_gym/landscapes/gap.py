@@ -35,7 +35,8 @@ widths. regret: of the best in the simulator, of the best here of its best 10, a
 in class terms a robot turned or mirrored counts as the same. directed: the same where the task is
 to travel along a heading, mean over four. Regrets are shares of what the best here is worth.
 turned: of the designs that travel more than 0.25 in both worlds, the share whose heading is off by
-more than 90 degrees; of all, and of the simulator's best 100. diverged: designs that diverge here.
+more than 90 degrees; of all, and of the simulator's best 100. diverged: designs that diverge here,
+and so are worth 0.
 """
 
 COLUMNS = (
