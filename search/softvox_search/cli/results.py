@@ -48,7 +48,7 @@ def report(folder: Path) -> list[str]:
     from softvox_search.experiment.results import read
 
     with prints_aside():
-        report.write(folder, read(folder))
+        report.write(folder, read(folder, of_transfer=None))
     return ["report.md"]
 
 

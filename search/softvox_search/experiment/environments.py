@@ -76,7 +76,8 @@ def check(
         the place.
     """
     if isinstance(experiment, TransferExperiment):
-        return transfer.check(experiment, place, progress)
+        transfer.check(experiment, place, progress)
+        return
     environments, noisy = Environments(), experiment.levels is not None
     for problem in experiment.problems():
         names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"

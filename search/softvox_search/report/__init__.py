@@ -6,7 +6,7 @@ Light to import, as every worker does: pandas, scipy and matplotlib load with `w
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
@@ -26,19 +26,31 @@ def write(folder: Path, results: Results) -> list[str]:
         Where a file can't be written.
     """
     from softvox_gym.files import write_file, write_folder
-    from softvox_search.report import figures, style, tables, text
-    from softvox_search.report.page import page
+    from softvox_search.report import style, text
 
-    csv = {f"{name}.csv": text.csv(table) for name, table in tables.make(results).items()}
+    making: Any
+    drawing: Any
+    showing: Any
+    if "methods" in results.experiment:
+        from softvox_search.report import transfer, transfer_figures
+
+        making, drawing, showing = transfer, transfer_figures, transfer
+    else:
+        from softvox_search.report import figures, page, tables
+
+        making, drawing, showing = tables, figures, page
+    csv = {f"{name}.csv": text.csv(table) for name, table in making.make(results).items()}
     write_folder(folder / "tables", csv, force=True)
     # Figures and page are of the tables as their files have them, and can be made of these again.
     made = text.read(folder / "tables")
     with style.style():
         pictures = {
-            f"{name}.png": style.encoded(figure) for name, figure in figures.draw(made).items()
+            f"{name}.png": style.encoded(figure) for name, figure in drawing.draw(made).items()
         }
     if pictures:
         write_folder(folder / "figures", pictures, force=True)
-    write_file(folder / "report.md", page(results, made, list(pictures)).encode(), force=True)
+    write_file(
+        folder / "report.md", showing.page(results, made, list(pictures)).encode(), force=True
+    )
     named = {"tables": csv, "figures": pictures}
     return [f"{name}/{file}" for name, files in named.items() for file in files] + ["report.md"]

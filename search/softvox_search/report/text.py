@@ -15,7 +15,7 @@ from softvox_search.experiment.results import TEXT_COLUMNS, read_csv
 from softvox_search.report.curves import groups, records
 
 #: Columns of text in the CSV files, but for those of runs.csv.
-TEXT = ("terms", "measure", "a", "b", "name", "truth")
+TEXT = ("terms", "measure", "a", "b", "name", "truth", "against")
 
 PLACES = 3  # of a regret: a thousandth of a voxel width
 
