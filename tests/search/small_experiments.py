@@ -140,3 +140,17 @@ def results(folder):
         for path in folder.rglob("*")
         if path.is_file() and path.name != "manifest.json"
     }
+
+
+#: A transfer method that recommends what does not exist.
+BROKEN_METHOD = """\
+from softvox_search.transfer import Method
+
+
+class Nonsense(Method):
+    def ask(self):
+        return 7
+
+    def recommend(self):
+        return 6561
+"""

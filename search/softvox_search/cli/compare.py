@@ -26,18 +26,19 @@ RESULTS = Path("results")
 MOST_NAMED = 5
 
 DESCRIPTION = """\
-Run an experiment, a comparison of searchers, and write into a folder,
+Run an experiment, a comparison of searchers or of transfer methods, and write
+into a folder,
 results/NAME for NAME.toml unless --out says otherwise: a file per run (runs/),
 a summary of each (runs.csv), and the report (report.md).
 
 Only runs that are missing there are done: killed at any moment, the same
 command goes on where it was, and searchers, seeds or physics added to
 FILE.toml are added to the results. Before that some finished runs, one of
-every searcher at least, are done again, and must give the same bits. A run that
+every searcher or method at least, are done again, and must give the same bits. A run that
 raises an error is named, the others go on, and the exit status is 1; the same
 command tries it again.
 
-Searchers and wrappers of your own, package.module:Class, are looked for among
+Searchers, methods and wrappers of your own, package.module:Class, are looked for among
 what is installed, on PYTHONPATH, in the current folder and in that of
 FILE.toml. What they print goes to standard error.
 """
@@ -69,6 +70,23 @@ KEYS = """\
                  where they differ from the others'
 """
 
+#: Of the other kind of file.
+METHOD_KEYS = """\
+  seeds, entropy, title
+                 as above
+  tests          in reality, of each run (20)
+  measurement_noise
+                 of dx and dy in a test, voxel widths (0)
+  realities      a list of names, softvox reality --list has them; named stands
+                 for all of these, public and test for the sets (["named"])
+  tasks          of displacement, directed (["directed"]); all four headings of
+                 the latter are in one run
+  [[methods]]    name (from softvox transfer --list, or your own as
+                 package.module:Class); label (the name); options = {}, where a
+                 list makes a method of each of its values; seeds, tests and
+                 realities where they differ from the others'
+"""
+
 #: A small experiment.
 EXAMPLE = """\
 seeds = 10
@@ -86,6 +104,8 @@ FILE.toml, with what holds where a key is left out in brackets:
 {KEYS}
 for example:
 {indent(EXAMPLE, "  ")}
+A file with [[methods]] compares transfer methods (softvox_search.transfer):
+{METHOD_KEYS}
 On many machines at once, each a part of the runs, then put together:
   softvox compare FILE.toml --part 3/16 --out parts/3
   softvox merge parts/* --out results/all
