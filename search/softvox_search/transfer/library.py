@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import Physics
 from softvox_gym.realities import between, log_between
+from softvox_gym.simulation import check_count
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -30,7 +31,6 @@ CLASSES: Mapping[str, frozenset[str]] = {
         }
     ),
 }
-
 
 #: Numbers that say where in the prior a physics is.
 SHARES = 8
@@ -61,11 +61,12 @@ def library(simulator: Simulator, models: str, n: int) -> Library:
 
     Raises
     ------
-    ValueError
-        For an unknown class.
+    TypeError, ValueError
+        For an unknown class, or no number of models.
     SimulationBudgetError
         Where the simulator may not simulate as many.
     """
+    check_count("size", n, least=1)
     physics = drawn(simulator.nominal, check_class(models), n)
     made = tuple(simulator.landscape(one) for one in physics)
     return Library(physics, _stacked(physics, made), CLASSES[models])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Task
+from softvox_gym import Design, Task
+from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.simulation import check_count
+from softvox_search.protocol import SearcherError
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -121,7 +125,7 @@ class Method:
 
     def untested(self) -> NDArray[np.bool_]:
         """Return which designs were not tested yet, shape (6561,)."""
-        left = np.ones(len(self.simulator.landscape()), dtype=bool)
+        left = np.ones(N_DESIGNS, dtype=bool)
         left[[test.design for test in self.tests]] = False
         return left
 
@@ -133,3 +137,27 @@ def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
     """
     rounded = np.round(values, 9)
     return int(np.argmax(rounded if among is None else np.where(among, rounded, -np.inf)))
+
+
+def after_tests(name: str, tests: Any) -> frozenset[int]:
+    """Return the numbers of tests after which a method does something.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what are no whole numbers of at least 1.
+    """
+    if isinstance(tests, str) or not isinstance(tests, Iterable):
+        raise TypeError(f"{name} must be a list of numbers of tests, got {tests!r}")
+    made = list(tests)
+    for one in made:
+        check_count(name, one, least=1)
+    return frozenset(made)
+
+
+def design_of(design: Any, said: str) -> int:
+    """Return a design's number; SearcherError for what is none of 2x2x2."""
+    try:
+        return Design(design, shape=LATTICE).index
+    except (TypeError, ValueError) as error:
+        raise SearcherError(f"{said} what is no design of {LATTICE}: {error}") from error
