@@ -47,6 +47,7 @@ def picture(runs: Sequence[TransferRun], simulated: Array, real: Array) -> Figur
     handles.append(line(f"{'mean ' * many}class regret", lw=scaled(1.3), ls=":", **black))
     handles.append(line("in the simulator", marker="o", mfc="none", lw=scaled(1), ls="--", **black))
     handles.append(line("in reality", marker="o", lw=scaled(1.8), **black))
+    handles.append(line("the best in reality", marker="*", lw=0, ms=scaled(10), **black))
     style.legend(made, f"{runs[0].method} in {runs[0].reality}", handles)
     return made
 
@@ -81,9 +82,12 @@ def _plane(axis: Axes, runs: Sequence[TransferRun], simulated: Array, real: Arra
             # The marker stands at the end alone.
             axis.plot([0, x], [0, y], color=colour, marker="o", markevery=[1], **look)
             ends.append((x, y))
+        best = int(run.task.reward(real).argmax())
+        axis.plot(*real[best, :2], color=colour, marker="*", ms=scaled(10), lw=0)
+        ends.append(tuple(real[best, :2]))
         axis.annotate(
             str(design),
-            ends[-1],
+            ends[-2],
             xytext=(4, 4),
             textcoords="offset points",
             color=colour,

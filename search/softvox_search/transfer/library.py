@@ -68,8 +68,7 @@ def library(simulator: Simulator, models: str, n: int) -> Library:
     """
     check_count("size", n, least=1)
     physics = drawn(simulator.nominal, check_class(models), n)
-    made = tuple(simulator.landscape(one) for one in physics)
-    return Library(physics, _stacked(physics, made), CLASSES[models])
+    return Library(physics, simulator.landscapes(physics), CLASSES[models])
 
 
 def check_class(models: str) -> str:
@@ -114,16 +113,3 @@ def physics_at(shares: Array, nominal: Physics, models: str) -> Physics:
         if kind < 2 / 3:
             physics = physics.sheared(ratio)
     return physics
-
-
-_STACKS: dict[tuple[Physics, ...], Array] = {}
-
-
-def _stacked(physics: tuple[Physics, ...], made: tuple[Array, ...]) -> Array:
-    """Return tables as one array, the same for the same models, as runs follow one another."""
-    if physics not in _STACKS:
-        if len(_STACKS) == 8:
-            del _STACKS[next(iter(_STACKS))]
-        _STACKS[physics] = np.stack(made)
-        _STACKS[physics].flags.writeable = False
-    return _STACKS[physics]

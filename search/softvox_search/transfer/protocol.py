@@ -17,6 +17,9 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
+#: Of a track, per cycle.
+SAMPLES = 4
+
 
 @dataclass(frozen=True, eq=False)
 class Test:

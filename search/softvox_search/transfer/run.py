@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Reality, Task, landscape
-from softvox_gym.evaluation import SAMPLES_PER_CYCLE
 from softvox_gym.landscapes.gap import LEAST_TRAVEL, class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.table import N_DESIGNS
@@ -21,7 +20,7 @@ from softvox_gym.simulation import check_count
 from softvox_search.protocol import SearcherError
 from softvox_search.transfer.guard import Guarded
 from softvox_search.transfer.methods.simple import Oracle
-from softvox_search.transfer.protocol import Test
+from softvox_search.transfer.protocol import SAMPLES, Test
 from softvox_search.transfer.registry import make
 from softvox_search.transfer.simulator import SimulationBudgetError, Simulator, displacements
 
@@ -238,7 +237,7 @@ class World:
             moved[:2] += self._sigma * self._rng.standard_normal(2)
         path: Array | None = None
         if track:
-            result = self.reality.simulate([design], track=SAMPLES_PER_CYCLE, threads=1)
+            result = self.reality.simulate([design], track=SAMPLES, threads=1)
             assert result.track is not None
             path = np.nan_to_num(result.track[0])
             if self._sigma:  # or it would tell what the noise hides
