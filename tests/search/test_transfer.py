@@ -64,21 +64,22 @@ def test_a_method_may_be_driven_by_hand():
 
 
 @pytest.mark.parametrize(
-    ("calls", "message"),
+    ("before", "call", "message"),
     [
-        (["ask", "ask"], "was asked twice in a row; tell it first what the test of design"),
-        (["recommend"], "was asked for its recommendation before any test; ask it, test, and tell"),
-        (["ask", "recommend"], "was asked for its recommendation before any test"),
-        (["tell"], "was told of design 5, for which it had not asked; ask it first"),
-        (["ask", "tell"], "was told of design 5 where it had asked for [0-9]+; tell it what"),
+        (["ask"], "ask", "was asked twice in a row; tell it first what the test of design"),
+        ([], "recommend", "was asked for its recommendation before any test; ask it, test, and"),
+        (["ask"], "recommend", "was asked for its recommendation before any test"),
+        ([], "tell", "was told of design 5, for which it had not asked; ask it first"),
+        (["ask"], "tell", "was told of design 5 where it had asked for [0-9]+; tell it what"),
     ],
 )
-def test_calls_out_of_order_are_refused_in_a_line_that_names_the_remedy(calls, message):
+def test_calls_out_of_order_are_refused_in_a_line_that_names_the_remedy(before, call, message):
     method = by_hand()
-    do = {"tell": lambda: method.tell(Test(5, 0.0, SHOWN))}
+    for name in before:
+        getattr(method, name)()
+    told = [Test(5, 0.0, SHOWN)] if call == "tell" else []
     with pytest.raises(SearcherError, match=f"^method Sound {message}") as caught:
-        for call in calls:
-            do.get(call, getattr(method, call))()
+        getattr(method, call)(*told)
     assert "\n" not in str(caught.value)
 
 
@@ -117,9 +118,7 @@ def test_a_run_tells_what_the_tables_say(task):
     srcc = np.corrcoef(expected[top], rewards[top])[0, 1]
     assert run.srcc_before == run.srcc_after == pytest.approx(srcc, abs=1e-12)
     left = np.setdiff1d(np.arange(6561), order)
-    turn = np.degrees(
-        np.angle((said[left] @ [1, 1j, 0]) * np.conj(truth[left] @ [1, 1j, 0]))
-    )
+    turn = np.degrees(np.angle((said[left] @ [1, 1j, 0]) * np.conj(truth[left] @ [1, 1j, 0])))
     far = [np.hypot(*world[left, :2].T) > 0.25 for world in (said, truth)]
     error = np.abs(turn[far[0] & far[1]]).mean()
     assert run.heading_error_before == run.heading_error == pytest.approx(error, abs=1e-6)

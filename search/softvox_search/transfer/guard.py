@@ -97,13 +97,15 @@ class Guarded:
             Whether a method with `ask` is asked for its recommendations; they are -1 where not.
         """
         shown: list[Test] = []
+        tested: set[int] = set()
 
         def once(design: int) -> Test:
-            if not may_repeat and any(one.design == design for one in shown):
+            if not may_repeat and design in tested:
                 raise SearcherError(
                     f"asked for design {design} a second time, which would show the same; ask for "
                     "another, or for None to end"
                 )
+            tested.add(design)
             shown.append(test(design))
             return shown[-1]
 

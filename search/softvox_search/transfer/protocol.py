@@ -94,10 +94,16 @@ class Method:
         self.task = task
         self.rng = rng
         self.tests: list[Test] = []
+        self._left = np.ones(N_DESIGNS, dtype=bool)
+        self._best: Test | None = None
 
     def tell(self, test: Test) -> None:
         """Keep the test."""
         self.tests.append(test)
+        self._left[test.design] = False
+        best = self._best
+        if best is None or (-test.reward, test.design) < (-best.reward, best.design):
+            self._best = test
 
     def recommend(self) -> int:
         """Return the best design tested, of equal ones the first by number.
@@ -107,9 +113,9 @@ class Method:
         ValueError
             Before the first test.
         """
-        if not self.tests:
+        if self._best is None:
             raise ValueError("nothing to recommend: no design was tested yet")
-        return min(self.tests, key=lambda test: (-test.reward, test.design)).design
+        return self._best.design
 
     def predict(self) -> Array | None:
         """Return what it expects of every design in reality; None where it expects nothing.
@@ -128,9 +134,7 @@ class Method:
 
     def untested(self) -> NDArray[np.bool_]:
         """Return which designs were not tested yet, shape (6561,)."""
-        left = np.ones(N_DESIGNS, dtype=bool)
-        left[[test.design for test in self.tests]] = False
-        return left
+        return self._left.copy()
 
 
 def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
