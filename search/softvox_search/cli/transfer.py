@@ -207,16 +207,15 @@ def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[Transf
             for done, task in enumerate(tasks):
                 progress(done, len(tasks))
                 try:
-                    prepare: Any = prepared  # whose own arguments are no options of the method
-                    ready = prepare(
+                    ready = prepared(
                         args.method,
+                        options,
                         reality=where,
                         task=task,
                         tests=args.tests,
                         seed=args.seed,
                         measurement_noise=args.noise,
                         simulations=args.simulations,
-                        **options,
                     )
                 except (TypeError, ValueError) as error:
                     raise BadInputError(f"--method {args.method}: {error}") from error

@@ -42,6 +42,7 @@ def make(
     simulator: Simulator,
     task: Task,
     rng: np.random.Generator,
+    /,
     **options: Any,
 ) -> Guarded:
     """Make a transfer method, which may then be driven by hand: ask, test, tell, recommend.

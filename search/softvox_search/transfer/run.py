@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -144,6 +144,7 @@ def transfer(
     """
     return prepared(
         method,
+        options,
         reality=reality,
         task=task,
         heading=heading,
@@ -151,12 +152,12 @@ def transfer(
         seed=seed,
         measurement_noise=measurement_noise,
         simulations=simulations,
-        **options,
     )()
 
 
 def prepared(
     method: str | Callable[..., Any],
+    options: Mapping[str, Any],
     *,
     reality: str | Reality = "reversal",
     task: str | Task = "directed",
@@ -165,7 +166,6 @@ def prepared(
     seed: int = 0,
     measurement_noise: float = 0.0,
     simulations: int | None = None,
-    **options: Any,
 ) -> Callable[[], TransferRun]:
     """Check what `transfer` is given and make the method; return what does the run.
 

@@ -252,8 +252,13 @@ class GpUcb(Method):
 
     def _learn(self) -> None:
         """Fit amplitude, length and noise by scikit-learn."""
-        from sklearn.gaussian_process import GaussianProcessRegressor, kernels
-
+        try:
+            from sklearn.gaussian_process import GaussianProcessRegressor, kernels
+        except ModuleNotFoundError as error:
+            package = "scikit-learn"  # which is not called as its module is
+            raise ImportError(
+                f"{package} is not installed: pip install {package}", name=package
+            ) from error
         regressor = GaussianProcessRegressor(
             kernels.ConstantKernel(self._variance, (0.01, 10))
             * kernels.Matern(self._length, (0.05, 5), nu=2.5)
