@@ -16,10 +16,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import Design
 from softvox_gym.physics import Physics
-from softvox_gym.simulation import simulate
-from softvox_view.figures import Drawing, Inputs, labels, style
-from softvox_view.figures.robots import best_of_bodies, picture
-from softvox_view.real_tracks import (
+from softvox_gym.real_tracks import (
     COLUMNS,
     Compared,
     RealTrack,
@@ -29,6 +26,9 @@ from softvox_view.real_tracks import (
     short,
     track_at,
 )
+from softvox_gym.simulation import simulate
+from softvox_view.figures import Drawing, Inputs, labels, style
+from softvox_view.figures.robots import best_of_bodies, picture
 
 CYCLES, PER_CYCLE = 23, 50
 
