@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.engine import Progress
-from softvox_gym.physics import SPECS, ParameterError, Physics
+from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Physics
 from softvox_gym.real_tracks import LITTLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
@@ -80,6 +80,8 @@ def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
         head, has_values, values = part.rpartition("=")
         if has_values or not (grid.get(name) and _is_number(part)):
             name = (head if has_values else part).strip().replace("-", "_")
+            if not name:
+                raise ValueError("there is nothing between two commas; name an axis, as friction")
             if name in grid:
                 raise ValueError(f"{name} is in the grid twice; give all its values at once")
             grid[name] = None
@@ -136,10 +138,13 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
     array = np.asarray(values)
     if array.ndim != 1 or not array.size or array.dtype.kind not in "iuf":
         raise ValueError(f"{name} must be a row of numbers, got {values!r}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, got {array[~np.isfinite(array)][0]}")
-    numbers: list[float] = np.unique(array.astype(np.float64)).tolist()
     names = NAMES.get(name, (name,))
+    numbers: list[float] = np.unique(array.astype(np.float64)).tolist()
+    bounds = NOT_NEGATIVE if name == "shear" else FINITE  # all others are known to `Physics`
+    if bad := [value for value in numbers if not bounds.hold(value)]:
+        raise ValueError(f"{name} must be {bounds.words}, got {bad[0]:g}")
+    if len(numbers) ** len(names) > MOST_SIMULATIONS:
+        raise ValueError(f"{name} has {len(numbers)} values, which is too many; give fewer")
     rows = product(numbers, repeat=len(names))
     return [
         dict(zip(names, row, strict=True))
@@ -273,8 +278,11 @@ class Calibration:
 
     @cached_property
     def order(self) -> NDArray[np.int64]:
-        """The points, best first: by headings, then by the RMS of the ends' errors, shape (p,)."""
-        return np.lexsort([_rms(self.end_error), -self.headings])
+        """The points, best first, shape (p,).
+
+        By headings, then by the designs that diverge, then by the RMS of the ends' errors.
+        """
+        return np.lexsort([_rms(self.end_error), self.diverged.sum(axis=1), -self.headings])
 
     @property
     def best(self) -> int:
@@ -384,8 +392,8 @@ def calibrate(
     n, p = len(real), prod(map(len, axes))
     if n * p > MOST_SIMULATIONS:
         raise ValueError(
-            f"{p} points for {n} designs are {n * p} simulations, and at most {MOST_SIMULATIONS} "
-            "are done; give fewer axes, values or designs"
+            f"the grid has {p} points, which makes {n * p} simulations of all designs, and at most "
+            f"{MOST_SIMULATIONS} are done; give fewer axes, values or designs"
         )
     points = [{k: v for part in row for k, v in part.items()} for row in product(*axes)]
     parameters = {name: np.array([point[name] for point in points]) for name in points[0]}

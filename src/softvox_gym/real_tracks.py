@@ -177,7 +177,7 @@ def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def _design(text: str) -> int:
-    number = written(text, Lattice(2, 2, 2)).index
+    number = written(text, Lattice()).index
     if number == 0:
         raise ValueError(
             f"design {text!r} has no voxels, so no real robot is one; give the design that was "

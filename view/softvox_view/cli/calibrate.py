@@ -7,6 +7,7 @@ import math
 import sys
 from argparse import Namespace
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from softvox_gym.calibration import (
@@ -21,11 +22,11 @@ from softvox_gym.calibration import (
 )
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.reality import plain
-from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.design import Design
+from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import LITTLE, RealTrack, heading, read_tracks
@@ -40,8 +41,9 @@ SHOWN = 10
 DESCRIPTION = f"""\
 Find the physics under which designs move as real robots do: every design that
 has real tracks (--tracks, as softvox figures takes them) under every point of a
-grid. Or as designs do in a pseudo-reality (--reality, --designs), whose {", ".join(KNOWN[:-1])}
-and {KNOWN[-1]} are known, as whoever pumps a robot knows them, and nothing else.
+grid. Or as designs move in a pseudo-reality (--reality, --designs), of which
+{", ".join(KNOWN[:-1])} and {KNOWN[-1]} are known, as whoever pumps a robot
+knows them, and nothing else.
 
 A point is scored by the number of headings within {WITHIN} degrees, and by the
 distance between the ends where that is the same. Designs that travel less than
@@ -54,9 +56,8 @@ each other after as many cycles as the real ones walked.
   friction,strain=0.2:0.5:4        four strains from 0.2 to 0.5
   shear=0,0.5,frequency_hz=2,4     these
 shear is T*, the shear strength of a voxel's face over its weight. All numbers
-of the physics may be axes; usual values have
-{", ".join(list(AXES)[:5])},
-{", ".join(list(AXES)[5:])}.
+of the physics may be axes, and these have usual values:
+{fill(", ".join(AXES), 79)}
 """
 
 
@@ -66,8 +67,8 @@ def add_parser(commands: Any) -> None:
         "calibrate",
         help="find the physics that moves as real robots do",
         description=DESCRIPTION,
-        usage="softvox calibrate (--tracks FILE.csv | --reality NAME --designs N,N,...) "
-        "[--grid GRID] [--json] [--out DIR] [options]",
+        usage="softvox calibrate --tracks FILE.csv [options]\n"
+        "       softvox calibrate --reality NAME --designs N,N,... [options]",
     )
     parser.add_argument(
         "--tracks",
@@ -132,7 +133,7 @@ def run(args: Namespace) -> int:
             "reality": args.reality,
             "known": known,
             "designs": [{k: plain(value) for k, value in row.items()} for row in designs.records()],
-            "points": [made.point(i) for i in range(len(made))],
+            "points": points.records(),
             "physics": made.physics.to_dict(),
         }
         print(json.dumps(found, indent=2, allow_nan=False))
@@ -166,8 +167,8 @@ def _tracks(args: Namespace) -> tuple[RealTrack, ...]:
     if args.reality is None:
         with bad_input("--tracks"):
             return read_tracks(args.tracks, most_cycles=MOST_CYCLES)
-    numbers = [design_of(text.strip(), (2, 2, 2)).index for text in args.designs.split(",")]
     with bad_input("--designs:"):
+        numbers = [written(text.strip(), Lattice()).index for text in args.designs.split(",")]
         return tracks_of(reality(args.reality), list(dict.fromkeys(numbers)))
 
 
