@@ -266,12 +266,12 @@ class Calibration:
         """That as a share of the designs that have a heading in reality, shape (p,)."""
         return np.asarray(self.headings / self.has_heading.sum())
 
-    @property
+    @cached_property
     def distance_error(self) -> Array:
         """How much too far they go, voxel widths, shape (p, n)."""
         return _length(self.end) - _length(self.real)
 
-    @property
+    @cached_property
     def end_error(self) -> Array:
         """How far the ends are apart, voxel widths, shape (p, n)."""
         return _length(self.end - self.real)
