@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Reality, Task, landscape
-from softvox_gym.landscapes.gap import LEAST_TRAVEL, class_best, srcc
+from softvox_gym.landscapes.gap import class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.noise import not_negative
+from softvox_gym.real_tracks import LITTLE
 from softvox_gym.realities import reality as reality_named
 from softvox_gym.simulation import check_count
 from softvox_search.protocol import SearcherError
@@ -354,7 +355,7 @@ def heading_error(expected: Array, real: Array) -> float:
     """Return the mean angle between displacements, degrees, of those that travel in both."""
     ours, theirs = expected[:, :2], real[:, :2]
     lengths = np.hypot(*ours.T), np.hypot(*theirs.T)
-    moves = (lengths[0] > LEAST_TRAVEL) & (lengths[1] > LEAST_TRAVEL)
+    moves = (lengths[0] > LITTLE) & (lengths[1] > LITTLE)
     if not moves.any():
         return float("nan")
     cosine = (ours * theirs).sum(axis=1)[moves] / (lengths[0] * lengths[1])[moves]

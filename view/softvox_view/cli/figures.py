@@ -16,7 +16,7 @@ from softvox_view.cli.options import add_results, read_results
 from softvox_view.figures import FIGURES, Inputs, files_of, make
 
 if TYPE_CHECKING:
-    from softvox_view.real_tracks import RealTrack
+    from softvox_gym.real_tracks import RealTrack
 
 #: What the figure search needs.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
@@ -114,8 +114,8 @@ def _tracks(files: list[Path]) -> tuple[RealTrack, ...]:
     """Return the tracks of real robots."""
     if not files:
         return ()
+    from softvox_gym.real_tracks import read_tracks
     from softvox_view.figures.tracks import CYCLES, designs_of
-    from softvox_view.real_tracks import read_tracks
 
     with bad_input("--tracks"):
         tracks = read_tracks(files, most_cycles=CYCLES)
