@@ -133,3 +133,13 @@ def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
     """
     rounded = np.round(values, 9)
     return int(np.argmax(rounded if among is None else np.where(among, rounded, -np.inf)))
+
+
+def half_best(values: Array, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Return the numbers of n designs: half those of the largest values, half drawn of the others.
+
+    At most as many as there are; of equal values, as `first_best` has it, the first.
+    """
+    order = np.argsort(-np.round(values, 9), kind="stable")
+    n = min(n, len(order))
+    return np.concatenate([order[: n // 2], rng.permutation(order[n // 2 :])[: n - n // 2]])

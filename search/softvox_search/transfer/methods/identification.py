@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Task
-from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_search.transfer.library import CLASSES, SHARES, check_class, physics_at
-from softvox_search.transfer.protocol import Method, Test
+from softvox_search.transfer.protocol import Method, Test, half_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -49,10 +48,7 @@ class Identification(Method):
         self.varied = CLASSES[check_class(models)]
         self._class, self._fit_at = models, frozenset(fit_at)
         moved = simulator.landscape()
-        order = np.argsort(-np.round(task.reward(moved), 9), kind="stable")
-        half = min(candidates, N_DESIGNS) // 2
-        drawn = rng.permutation(order[half:])[: min(candidates, N_DESIGNS) - half]
-        self._candidates = np.concatenate([order[:half], drawn])
+        self._candidates = half_best(task.reward(moved), candidates, rng)
         self._expected = moved[self._candidates]
 
     def fit(self) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
 from math import sqrt
 from typing import Any
 
@@ -15,16 +14,13 @@ from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.simulation import check_count
 from softvox_search.torch_random import own_torch, quiet_library
 from softvox_search.transfer.methods.gaussian import points
-from softvox_search.transfer.protocol import Method, Test, first_best
+from softvox_search.transfer.protocol import Method, Test, first_best, half_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
 #: Fidelities: of the simulator, and of reality, the target.
 SIMULATED, REAL = 0.0, 1.0
-
-#: Designs of which the mean is computed at once; the memory grows with the square.
-CHUNK = 300
 
 
 class Mfbo(Method):
@@ -75,24 +71,18 @@ class Mfbo(Method):
         super().__init__(simulator, task, rng)
         check_count("simulated", simulated, least=2)
         check_count("candidates", candidates, least=2)
-        self._fit = quiet_library("botorch.fit").fit_gpytorch_mll
-        self._kind = quiet_library("botorch.models").SingleTaskMultiFidelityGP
-        self._search = quiet_library(
-            "botorch.acquisition.max_value_entropy_search"
-        ).qMultiFidelityMaxValueEntropy
-        self._gpytorch = quiet_library("gpytorch")
+        self._botorch, self._gpytorch = quiet_library("botorch"), quiet_library("gpytorch")
         self._learn_at, self._noise, self._iterations = frozenset(learn_at), noise, iterations
         said = task.reward(simulator.landscape())
         self._unit = max(float(said.max()), 1e-9)
-        order = np.argsort(-np.round(said, 9), kind="stable")
-        shown = _half_drawn(order, simulated, rng)
-        self._candidates = _half_drawn(order, candidates, rng)
+        shown = half_best(said, simulated, rng)
+        self._candidates = np.sort(half_best(said, candidates, rng))
         self._x, self._y = _at(shown, SIMULATED), said[shown] / self._unit
         self._learnt: Any = None  # the parameters, as of the last ask
 
     def ask(self) -> int | None:
         """Return the candidate that tells most; None where all were tested."""
-        among = np.sort(self._candidates[self.untested()[self._candidates]])
+        among = self._candidates[self.untested()[self._candidates]]
         if not len(among):
             return None
         with own_torch(self.rng) as torch:
@@ -100,7 +90,8 @@ class Mfbo(Method):
             self._learnt = process.state_dict()
             real = torch.as_tensor(_at(among, REAL))
             with torch.no_grad():
-                gain = self._search(process, real)(real[:, None])
+                search = self._botorch.acquisition.qMultiFidelityMaxValueEntropy(process, real)
+                gain = search(real[:, None])
             return int(among[first_best(gain.numpy())])
 
     def tell(self, test: Test) -> None:
@@ -113,7 +104,8 @@ class Mfbo(Method):
         """Return the process's mean in reality."""
         with own_torch(np.random.default_rng(0)) as torch:  # not its own: asks stay as they are
             process = self._process(torch)
-            parts = torch.as_tensor(_at(np.arange(N_DESIGNS), REAL)).split(CHUNK)
+            # In parts, as the memory grows with the square.
+            parts = torch.as_tensor(_at(np.arange(N_DESIGNS), REAL)).split(300)
             with torch.no_grad(), self._gpytorch.settings.skip_posterior_variances():
                 mean = torch.cat([process.posterior(part).mean[:, 0] for part in parts])
             return np.asarray(mean.numpy() * self._unit)
@@ -125,30 +117,19 @@ class Mfbo(Method):
         """Return the process given all that is known; learn its parameters where it is time."""
         x, y = torch.as_tensor(self._x), torch.as_tensor(self._y)[:, None]
         noise = torch.full_like(y, self._noise)
-        process = self._kind(x, y, noise, data_fidelities=[x.shape[1] - 1], outcome_transform=None)
+        kind = self._botorch.models.SingleTaskMultiFidelityGP
+        process = kind(x, y, noise, data_fidelities=[x.shape[1] - 1], outcome_transform=None)
         if self._learnt is not None:
             process.load_state_dict(self._learnt)
         if len(self.tests) in self._learn_at:
             likelihood = self._gpytorch.mlls.ExactMarginalLogLikelihood(process.likelihood, process)
-            self._fit(likelihood, optimizer_kwargs={"options": {"maxiter": self._iterations}})
+            options = {"options": {"maxiter": self._iterations}}
+            self._botorch.fit.fit_gpytorch_mll(likelihood, optimizer_kwargs=options)
         return process.eval()
-
-
-@lru_cache(maxsize=2)
-def _designs(fidelity: float) -> Array:
-    # One-hot digits of 0 and 1, the cube for which botorch's priors of the lengths are made.
-    one_hot = points() * sqrt(2 * LATTICE.sites)
-    return np.column_stack([one_hot, np.full(N_DESIGNS, fidelity)])
 
 
 def _at(designs: NDArray[np.intp], fidelity: float) -> Array:
     """Return designs at a fidelity as points, shape (n, 25)."""
-    return np.asarray(_designs(fidelity)[designs])
-
-
-def _half_drawn(order: NDArray[np.intp], n: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Return n of an order: the first of it, and as many others that are drawn."""
-    half = min(n, len(order)) // 2
-    return np.concatenate(
-        [order[:half], rng.permutation(order[half:])[: min(n, len(order)) - half]]
-    )
+    # One-hot digits of 0 and 1, the cube for which botorch's priors of the lengths are made.
+    one_hot = points()[designs] * sqrt(2 * LATTICE.sites)
+    return np.column_stack([one_hot, np.full(len(designs), fidelity)])
