@@ -1,0 +1,235 @@
+"""The gap between the simulator and realities: fitness, headings, tracks, and a map of turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from softvox_gym.landscapes import gap, landscape
+from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
+from softvox_gym.landscapes.table import Table
+from softvox_gym.realities import Reality, realities, reality
+from softvox_gym.simulation import Result, simulate
+from softvox_view.figures import Drawing, Inputs, maps, style, tracks
+from softvox_view.figures.robots import best_of_bodies
+from softvox_view.real_tracks import between, heading
+
+Array = NDArray[np.float64]
+
+#: The reality of tracks and map where none is chosen: it has the paper's own finding.
+CHOSEN = "area_friction"
+
+#: Of the simulator and of a reality, of all designs and of the simulator's best hundred.
+SIMULATED, REAL = style.COLOURS[0], style.COLOURS[4]
+ALL, BEST = style.COLOURS[3], style.COLOURS[4]
+
+#: What lies where both worlds are alike; beyond it a heading has turned.
+_ALIKE: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 2.5}
+_TURNED: dict[str, Any] = {"color": "#EDEDED", "lw": 0}
+
+#: Degrees from the middle of the panels of headings to their sides; samples of a track per cycle.
+SIDE, PER_CYCLE = 190, 50
+
+_DOT: dict[str, Any] = {"ls": "none", "marker": "o", "mew": 0}
+_LOOKS: list[dict[str, Any]] = [{"color": SIMULATED, "lw": 1.2}, {"color": REAL, "lw": 1.2}]
+_END: dict[str, Any] = {"mec": style.INK, "mew": 0.7, "ms": 3.6, "ls": "none", "zorder": 4}
+
+
+@dataclass(frozen=True)
+class Worlds:
+    """A reality and its simulator, design by design."""
+
+    reality: Reality
+
+    @cached_property
+    def tables(self) -> tuple[Table, Table]:
+        """The landscapes of the simulator and of the reality."""
+        return landscape(self.reality.nominal), self.reality.landscape()
+
+    @cached_property
+    def worth(self) -> Array:
+        """Fitness in either, voxel widths, shape (2, 6561)."""
+        return np.stack([gap.value(table) for table in self.tables])
+
+    @cached_property
+    def best(self) -> NDArray[np.int64]:
+        """The simulator's best hundred, best first."""
+        return np.asarray(ranked(self.worth[0])[:TOP])
+
+    @cached_property
+    def has_heading(self) -> NDArray[np.bool_]:
+        """Which designs travel far enough in both, shape (6561,)."""
+        return np.asarray((self.worth > gap.LEAST_TRAVEL).all(axis=0))
+
+    @cached_property
+    def headings(self) -> Array:
+        """Of the displacement in either, degrees from +x towards +y, shape (2, 6561)."""
+        return np.stack([np.degrees(np.arctan2(table["dy"], table["dx"])) for table in self.tables])
+
+    @cached_property
+    def turned(self) -> float:
+        """The share of the designs that have a heading in both whose heading turns round."""
+        return gap.share(gap.turned(*self.tables), self.has_heading)
+
+    def cosine(self) -> Array:
+        """Return that between both headings, shape (6561,); NaN where a design has none."""
+        cosine = np.cos(np.radians(self.headings[1] - self.headings[0]))
+        return np.where(self.has_heading, cosine, np.nan)
+
+
+def draw_gap(inputs: Inputs) -> Figure:
+    """Draw the fitness of every design in reality against that in its simulator."""
+    shown = _all(inputs)
+    made, axes = style.grid(len(shown), height=1.2, is_shared=False)
+    for axis, one in zip(axes, shown, strict=True):
+        axis.axline((0, 0), slope=1, **_ALIKE)
+        _dots(axis, one.worth, one)
+        ends = np.maximum(one.worth.max(axis=1), gap.LEAST_TRAVEL)
+        axis.set(xlim=(-0.04 * ends[0], 1.06 * ends[0]), ylim=(-0.04 * ends[1], 1.06 * ends[1]))
+        axis.locator_params(nbins=4)
+        _titles(axis, one, f"\N{GREEK SMALL LETTER TAU} = {kendall_tau(*one.worth):.2f}")
+    made.supxlabel("fitness in the simulator, voxel widths")
+    made.supylabel("fitness in reality, voxel widths")
+    _legend(made, "every design")
+    return made
+
+
+def draw_gap_headings(inputs: Inputs) -> Figure:
+    """Draw the heading in reality against that in its simulator, of designs that have both."""
+    shown = _all(inputs)
+    made, axes = style.grid(len(shown), height=1.4)
+    ends = np.array([-SIDE, SIDE])
+    for axis, one in zip(axes, shown, strict=True):
+        for off in (-180, 180):
+            axis.fill_between(ends, ends + off - 90, ends + off + 90, **_TURNED)
+        axis.plot(ends, ends, **_ALIKE)
+        _dots(axis, np.where(one.has_heading, one.headings, np.nan), one)
+        _titles(axis, one, f"{one.turned:.0%} turned")
+    ticks = np.arange(-180, 181, 90)
+    axes[0].set(xlim=ends, ylim=ends, xticks=ticks, yticks=ticks)
+    made.supxlabel("heading in the simulator, degrees from +x towards +y")
+    made.supylabel("heading in reality, degrees")
+    turned = Patch(**_TURNED, label="turned by more than 90\N{DEGREE SIGN}")
+    _legend(made, "every design that travels", turned)
+    return made
+
+
+def draw_gap_tracks(inputs: Inputs) -> Drawing:
+    """Draw the tracks of the best of nine bodies in both worlds, a figure for every reality."""
+    chosen = inputs.realities or (reality(CHOSEN),)
+    return Drawing({f"gap_tracks_{one.name}": _tracks(one) for one in chosen})
+
+
+def draw_gap_map(inputs: Inputs) -> Drawing:
+    """Draw a map of the cosine between the headings in both worlds, one for every reality."""
+    chosen = inputs.realities or (reality(CHOSEN),)
+    return Drawing({f"gap_map_{one.name}": _map(Worlds(one)) for one in chosen})
+
+
+def _all(inputs: Inputs) -> list[Worlds]:
+    return [Worlds(one) for one in inputs.realities or realities().values()]
+
+
+def _dots(axis: Axes, values: Array, one: Worlds) -> None:
+    """Draw a dot per design, of values in both worlds, shape (2, 6561)."""
+    axis.plot(*values, color=ALL, ms=1.3, rasterized=True, **_DOT)
+    axis.plot(*values[:, one.best], color=BEST, ms=2.2, rasterized=True, zorder=3, **_DOT)
+
+
+def _titles(axis: Axes, one: Worlds, text: str) -> None:
+    axis.set_title(one.reality.name, loc="left")
+    axis.set_title(text, loc="right", size=style.SMALL)
+
+
+def _legend(made: Figure, name: str, *more: Any) -> None:
+    handles = [
+        style.line(name, color=ALL, ms=3, **_DOT),
+        style.line(f"the simulator's best {TOP}", color=BEST, ms=3, **_DOT),
+        style.line("the same in both", **_ALIKE),
+        *more,
+    ]
+    made.legend(handles=handles, loc="outside upper center", ncols=len(handles))
+
+
+def _tracks(one: Reality) -> Figure:
+    """Draw a panel per design, the tracks in both worlds laid over each other."""
+    designs = best_of_bodies()
+    worlds = (
+        simulate(designs, one.nominal, track=PER_CYCLE),
+        one.simulate(designs, track=PER_CYCLE),
+    )
+    rows = -(-len(designs) // tracks.ACROSS)
+    height = rows * tracks.ROW + tracks.FOOT + tracks.LEGEND
+    made = style.figure(style.WIDTH, height, layout="compressed")
+    axes = made.subplots(rows, tracks.ACROSS).flat
+    walks = [[walk(world, i) for world in worlds] for i in range(len(designs))]
+    half = max(tracks.half_side(np.concatenate(both)) for both in walks)
+    for axis, design, both, name in zip(axes, designs, walks, tracks.NAMES, strict=False):
+        for points, looks in zip(both, _LOOKS, strict=True):
+            axis.plot(*points.T, **looks)
+            axis.plot(*points[-1], "D", mfc=looks["color"], **_END)
+        axis.plot(0, 0, "o", mfc="white", **_END)
+        points = np.concatenate(both)
+        x, y = tracks.middle(points)
+        axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
+        axis.grid(color="#E6E6E6", lw=0.5)
+        axis.set_axisbelow(True)
+        axis.locator_params(nbins=7, steps=(1, 2, 5, 10))
+        tracks.put_picture(axis, design, (points - (x, y)) / (2 * half) + 0.5)
+        angle = between(*(heading(points[-1]) for points in both))
+        axis.set_title(f"{name}  {design.index}", loc="left")
+        shown = "no heading" if np.isnan(angle) else f"{angle:.0f}\N{DEGREE SIGN}"
+        axis.set_title(shown, loc="right", size=style.SMALL)
+    made.supxlabel("x, voxel widths")
+    made.supylabel("y, voxel widths")
+    names = (
+        f"simulator, {one.nominal.cycles:g} cycles",
+        f"{one.name}, {one.physics.cycles:g} cycles",
+    )
+    handles = [style.line(name, **looks) for name, looks in zip(names, _LOOKS, strict=True)]
+    handles += [style.line("start", marker="o", mfc="white", **_END)]
+    handles += [style.line("end", marker="D", mfc="white", **_END)]
+    title = "right above each panel: the angle between the two displacements"
+    made.legend(
+        handles=handles,
+        title=title,
+        title_fontsize=style.SMALL,
+        loc="outside upper center",
+        ncols=len(handles),
+    )
+    return made
+
+
+def walk(world: Result, design: int) -> Array:
+    """Return where a design of a result is, shape (m, 2); only its start where it diverged."""
+    assert world.track is not None
+    points = world.track[design, :, :2]
+    return np.asarray(points[: max(1, np.isfinite(points).all(axis=1).sum())])
+
+
+def _map(one: Worlds) -> Figure:
+    """Draw the map, and where the best designs of both worlds are."""
+    made = style.figure(0.8 * style.WIDTH, 0.74 * style.WIDTH)
+    axis = made.subplots()
+    colours = style.on_white(style.SEQUENTIAL)
+    image = maps.show(axis, one.cosine(), lines=style.PALE, cmap=colours, vmin=-1, vmax=1)
+    count = one.has_heading.sum()
+    axis.set_title(f"{one.reality.name}: {one.turned:.0%} of {count} designs turned", loc="left")
+    bar = made.colorbar(image, ax=axis, pad=0.02)
+    bar.set_label("cosine between the headings in both worlds")
+    first, other = one.worth.argmax(axis=1)
+    handles: list[Any] = [
+        maps.outline(axis, first, marker="o", ms=5, label=f"{first}, best in the simulator"),
+        maps.outline(axis, other, marker="s", ms=7, label=f"{other}, best in {one.reality.name}"),
+    ]
+    still = f"less than {gap.LEAST_TRAVEL:g} voxel widths in either"
+    handles.append(Patch(fc="white", ec=style.INK, lw=0.4, label=still))
+    made.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    return made
