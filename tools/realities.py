@@ -6,6 +6,7 @@ alone, and the others kept.
 """
 
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ def main(names: list[str]) -> None:
             table = compute(known[name], progress=progress)
         arrays[name] = np.stack([table[axis] for axis in AXES], axis=-1)
         arrays[name + STEPS] = table["steps"].astype(np.int32)
-    write_file(path, archive_of({name: arrays[name] for name in sorted(arrays)}), force=True)
+    ordered = {name: arrays[name] for name in sorted(arrays)}
+    write_file(path, archive_of(ordered, zipfile.ZIP_DEFLATED), force=True)
 
 
 if __name__ == "__main__":

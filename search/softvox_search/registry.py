@@ -92,7 +92,7 @@ class Registry(NamedTuple):
         """
         if not isinstance(name, str):
             raise TypeError(f"{self.kind} must be a name, got {name!r}; {self.names}")
-        if name in self.entries:
+        if is_ours := name in self.entries:
             name = f"{self.package}.{self.entries[name].place}"
         elif ":" not in name:
             near = get_close_matches(name, self.entries, n=1)
@@ -102,7 +102,7 @@ class Registry(NamedTuple):
         try:
             kind = getattr(import_module(module), attribute, None)
         except ModuleNotFoundError as error:
-            if not error.name or not f"{module}.".startswith(f"{error.name}."):
+            if is_ours or not error.name or not f"{module}.".startswith(f"{error.name}."):
                 raise
             raise ValueError(
                 f"there is no module {error.name!r}; is its folder on PYTHONPATH?"

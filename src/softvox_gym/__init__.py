@@ -4,6 +4,7 @@ from typing import Any
 
 from gymnasium.envs.registration import register, registry
 
+from softvox_gym.calibration import Calibration, calibrate
 from softvox_gym.design import Design
 from softvox_gym.evaluation import Evaluation, evaluate
 from softvox_gym.landscapes.noisy import noisy_landscape
@@ -16,6 +17,7 @@ from softvox_gym.step import step_error
 from softvox_gym.tasks import Task
 
 __all__ = [
+    "Calibration",
     "Design",
     "Evaluation",
     "Frames",
@@ -24,6 +26,7 @@ __all__ = [
     "Reality",
     "Result",
     "Task",
+    "calibrate",
     "evaluate",
     "landscape",
     "noisy_landscape",

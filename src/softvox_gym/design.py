@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib.metadata import entry_points
@@ -219,6 +220,28 @@ def refined(
     made: NDArray[np.uint8] = np.minimum(fine, PASSIVE).astype(np.uint8)
     made[..., middle, middle, middle] = stack
     return made
+
+
+def written(text: str, lattice: Lattice) -> Design:
+    """Return the design that a person wrote down, as a number or as the digits of all sites.
+
+    As many characters as there are sites are digits.
+
+    Raises
+    ------
+    ValueError
+        Where it is neither.
+    """
+    is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
+    try:
+        return Design(int(text) if is_number else text, shape=lattice)
+    except ValueError:
+        last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"
+        shown = text if len(text) <= 40 else f"{text[:37]}..."
+        raise ValueError(
+            f"design {shown!r} is neither a number from 0 to {last} nor {lattice.sites} digits 0, "
+            "1, 2"
+        ) from None
 
 
 def repeated(values: NDArray[Any], factor: int) -> NDArray[Any]:

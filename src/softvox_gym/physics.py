@@ -53,6 +53,12 @@ CHOICE = Bounds(f"one of {', '.join(ACTUATIONS)}", lambda v: v in ACTUATIONS)
 FLAG = Bounds("True or False", lambda v: isinstance(v, (bool, np.bool_)))
 
 
+def _hold(bounds: Bounds, value: Any) -> bool:
+    """Whether a number, or every number of an array, is within bounds."""
+    array = np.asarray(value)
+    return array.dtype.kind in "iuf" and bool(np.all(bounds.hold(array)))
+
+
 @dataclass(frozen=True)
 class ParameterSpec:
     """All there is to know of one parameter of the physics."""
@@ -342,7 +348,7 @@ class Physics:
             ratio = np.asarray(self.shear_strength) * self.edge**2 / np.asarray(self.weight)
         return float(ratio) if ratio.ndim == 0 else ratio
 
-    def sheared(self, ratio: float) -> Physics:
+    def sheared(self, ratio: Parameter) -> Physics:
         """Return the same physics with the shear strength that makes `shear_ratio` this.
 
         Raises
@@ -350,7 +356,7 @@ class Physics:
         ParameterError
             Where the ratio is not finite and at least 0.
         """
-        if not isinstance(ratio, (int, float, np.number)) or not 0 <= ratio < np.inf:
+        if not _hold(NOT_NEGATIVE, ratio):
             raise ParameterError("shear_ratio", f"must be {NOT_NEGATIVE.words}, got {ratio!r}")
         return replace(self, shear_strength=ratio * np.asarray(self.weight) / self.edge**2)
 
@@ -359,15 +365,15 @@ class Physics:
         """Actuation cycles from settle_time to the end."""
         return (self.duration - self.settle_time) * self.frequency_hz
 
-    def lasting(self, cycles: float) -> Physics:
+    def lasting(self, cycles: Parameter) -> Physics:
         """Return the same physics with the duration of so many actuation cycles after settling.
 
         Raises
         ------
         ValueError
-            Where cycles is not a positive number.
+            Where cycles is not a positive number, or an array of such.
         """
-        if not isinstance(cycles, (int, float, np.number)) or not 0 < cycles < np.inf:
+        if not _hold(POSITIVE, cycles):
             raise ValueError(f"cycles must be a positive number, got {cycles!r}")
         return replace(self, duration=self.settle_time + cycles / np.asarray(self.frequency_hz))
 

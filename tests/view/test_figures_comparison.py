@@ -4,7 +4,7 @@ import io
 import numpy as np
 import pytest
 
-from softvox_view.real_tracks import RealTrack, as_csv, as_lines, compare, short
+from softvox_gym.real_tracks import RealTrack, as_csv, as_lines, compare, short
 
 PER_CYCLE = 4
 

@@ -10,11 +10,11 @@ from view.figure_labels import check_labels, texts_of
 import softvox_gym
 from softvox_gym import Design
 from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_gym.real_tracks import RealTrack, compare, read_tracks
 from softvox_view.figures import FIGURES, Inputs, files_of, make, style
 from softvox_view.figures.maps import KINDS, class_ranks, colour_of, kept, kinds, mean_displacement
 from softvox_view.figures.robots import best_of_bodies, published, relative_volume
 from softvox_view.figures.tracks import CYCLES, PER_CYCLE
-from softvox_view.real_tracks import RealTrack, compare, read_tracks
 from softvox_view.tessellation import cell_of
 
 OWN = [name for name in FIGURES if name != "search"]

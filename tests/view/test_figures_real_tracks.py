@@ -4,10 +4,10 @@ from matplotlib.text import Text
 from view.figure_labels import check_labels
 
 from softvox_gym import Design
+from softvox_gym.real_tracks import RealTrack, compare
 from softvox_view.figures import Inputs, labels, make, style
 from softvox_view.figures.robots import best_of_bodies
 from softvox_view.figures.tracks import PER_CYCLE, PER_PAGE, designs_of, errors, simulated_tracks
-from softvox_view.real_tracks import RealTrack, compare
 
 BEST = best_of_bodies()
 SIMULATED = dict(zip([one.index for one in BEST], simulated_tracks(BEST), strict=True))

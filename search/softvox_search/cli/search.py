@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
-import tomllib
 import traceback
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from math import inf
 from pathlib import Path
-from textwrap import wrap
 from typing import Any
 
 from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.design import Design
-from softvox_gym.files import check_file, write_file
+from softvox_gym.files import write_file
 from softvox_gym.landscapes.noisy import LEVELS
 from softvox_gym.lattice import Lattice
 from softvox_gym.progress import Progress
+from softvox_search.cli.options import (
+    check_output,
+    entries,
+    name_in_files,
+    not_negative,
+    options_given,
+    shown,
+)
 from softvox_search.cli.own_code import look_in, prints_aside
-from softvox_search.registry import SEARCHERS, found, options_of
+from softvox_search.registry import REGISTRY
 
 KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
@@ -84,7 +89,7 @@ def add_parser(commands: Any) -> None:
     options: dict[str, dict[str, Any]] = {
         "option": {"action": "append", "default": [], "metavar": "KEY=VALUE"},
         "shape": {**whole, "nargs": 3, "default": (2, 2, 2), "metavar": ("NX", "NY", "NZ")},
-        "seed": {"type": _seed, "default": 0, "metavar": "N"},
+        "seed": {"type": not_negative, "default": 0, "metavar": "N"},
         "budget": {**whole, "default": 500},
         "evaluations": whole,
         "noise": {"type": number, "metavar": "LEVEL"},
@@ -101,8 +106,8 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, search, save, then print."""
     if args.list:
-        listed = _entries()
-        print(json.dumps(listed, indent=2, allow_nan=False) if args.json else _listed(listed))
+        listed = entries(REGISTRY)
+        print(json.dumps(listed, indent=2, allow_nan=False) if args.json else shown(listed))
         return 0
     from softvox_search import SearcherError
     from softvox_search.single import RaisedError
@@ -130,13 +135,13 @@ def _search(args: Namespace) -> int:
             raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
-    name = re.sub(r"[^A-Za-z0-9_]+", "-", args.searcher.rpartition(":")[2]).strip("-") or "own"
+    name = name_in_files(args.searcher)
     noise = "" if args.noise is None else f"-noise-{args.noise:g}"
     picture = args.picture or Path(f"search-{name}-{args.seed}{noise}.png")
     if args.out:
-        _check_file("--out", args.out, (".csv", ".parquet"), force=args.force)
+        check_output("--out", args.out, (".csv", ".parquet"), force=args.force)
     if not args.no_picture:
-        _check_file("--picture", picture, (".png",), force=args.force or not args.picture)
+        check_output("--picture", picture, (".png",), force=args.force or not args.picture)
     try:
         space = Lattice.of(args.shape)
     except ValueError as error:
@@ -145,7 +150,7 @@ def _search(args: Namespace) -> int:
     with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="evaluations") as progress:
         facts, columns = single.search(
             args.searcher,
-            options=_options(args.option),
+            options=options_given(args.option),
             seed=args.seed,
             space=space,
             budget=Budget(unique=args.budget, evaluations=args.evaluations),
@@ -164,34 +169,6 @@ def _search(args: Namespace) -> int:
             write_file(picture, image, force=args.force or not args.picture)
     print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(facts, args.budget))
     return 0
-
-
-def _check_file(option: str, path: Path, endings: tuple[str, ...], *, force: bool) -> None:
-    if path.suffix not in endings:
-        raise BadInputError(f"{option} must end in {' or '.join(endings)}, got {path}")
-    with bad_input(option):
-        check_file(path, force=force)
-
-
-def _options(pairs: list[str]) -> dict[str, Any]:
-    options = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not equals or not key:
-            raise BadInputError(f"--option must be KEY=VALUE, got {pair!r}")
-        try:
-            options[key] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:  # a text need not be in quotes
-            options[key] = value
-    return options
-
-
-def _seed(text: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,18}", text):
-        raise ArgumentTypeError(
-            f"must be a whole number of at most 18 digits that is not negative, got {text}"
-        )
-    return int(text)
 
 
 def _text(facts: dict[str, Any], budget: int) -> str:
@@ -227,31 +204,3 @@ def _text(facts: dict[str, Any], budget: int) -> str:
     if facts["picture"]:
         said["picture"] = facts["picture"]
     return "\n".join(f"{name:14}{text}" for name, text in said.items())
-
-
-def _entries() -> list[dict[str, Any]]:
-    """Return every searcher's name, about, options with defaults, and the library it lacks."""
-    listed = []
-    for name, entry in SEARCHERS.items():
-        about, options, needs = entry.about, None, None
-        try:
-            options = options_of(name)
-            about = about or (found(name).__doc__ or "").partition("\n")[0]
-        except ImportError as error:
-            needs = error.name
-        listed.append({"name": name, "about": about, "options": options, "needs": needs})
-    return listed
-
-
-def _listed(entries: list[dict[str, Any]]) -> str:
-    """Return the searchers for people, wrapped to 80 columns."""
-    indent = 2 + max(map(len, SEARCHERS))
-    lines = []
-    for entry in entries:
-        options = [f"{key}={json.dumps(value)}" for key, value in (entry["options"] or {}).items()]
-        text = f"options: {', '.join(options) or 'none'}"
-        if entry["needs"]:
-            text = f"needs {entry['needs']}: pip install {entry['needs']}"
-        said = wrap(entry["about"], 80 - indent) + wrap(text, 80 - indent)
-        lines.append(f"{entry['name']:{indent}}" + f"\n{'':{indent}}".join(said))
-    return "\n".join(lines)

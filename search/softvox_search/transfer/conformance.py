@@ -14,11 +14,10 @@ from softvox_gym import Reality, Task
 from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.simulation import check_count
 from softvox_search.global_random import global_states, set_global_states
-from softvox_search.protocol import SearcherError
 from softvox_search.transfer.methods.simple import Oracle
 from softvox_search.transfer.protocol import Test
 from softvox_search.transfer.registry import make, name_of
-from softvox_search.transfer.run import World, design_of, naming
+from softvox_search.transfer.run import World
 from softvox_search.transfer.simulator import Simulator
 
 #: A heading between the four that are told, so that a method must read it.
@@ -38,9 +37,9 @@ def check(
     - All its random numbers come from the generator that it was made with: alike made, it acts
       alike, whatever the global random states are, and it leaves those alone. `recommend` doesn't
       change its course.
-    - It knows of a reality what tests show, and nothing else: in two realities that differ only in
-      a design, it acts alike until it tests that design.
-    - It changes neither what it was told nor the simulator's tables.
+    - It knows of a reality what tests show, and nothing else: in two realities that agree on some
+      designs alone, it acts alike until it tests another.
+    - It leaves alone what it is told. (The simulator's tables are read-only.)
 
     Parameters
     ----------
@@ -69,8 +68,7 @@ def check(
 
     states = global_states()
     try:
-        with naming(name):
-            _check(method, tests, seed, options, require)
+        _check(method, tests, seed, options, require)
     finally:
         set_global_states(states)
 
@@ -83,33 +81,44 @@ def _check(
     require: Callable[[object, str], None],
 ) -> None:
     truth = np.random.default_rng([seed, 1]).normal(size=(N_DESIGNS, 3))
+
+    def course(
+        world: NDArray[np.float64], *, is_advised: bool = True
+    ) -> tuple[list[int], list[int]]:
+        return _course(method, world, tests, seed, options, require, is_advised=is_advised)
+
     courses = []
-    for of_globals, advised in ((1, True), (2, True), (2, False)):
+    for of_globals, is_advised in ((1, True), (2, True), (2, False)):
         random.seed(of_globals)
         np.random.seed(of_globals)  # noqa: NPY002, it is meant
         before = pickle.dumps(global_states())
-        courses.append(_course(method, truth, tests, seed, options, advised=advised))
+        courses.append(course(truth, is_advised=is_advised))
         require(
             pickle.dumps(global_states()) == before,
             "drew from a global random generator (random or numpy.random), or seeded it; draw from "
             "the generator that it is made with",
         )
     first, again, unadvised = courses
-    require(first == again, "made twice with the same generator acts in two ways")
     require(
-        [asked for asked, _ in first] == [asked for asked, _ in unadvised],
+        first == again,
+        "made twice with the same generator acts in two ways; it must draw from that alone, and "
+        "share nothing",
+    )
+    tested, advice = first
+    require(
+        tested == unadvised[0],
         "was asked for its recommendation, and then asks for other designs",
     )
-    # In a reality that differs in one design it may only act otherwise once that was tested.
-    at = len(first) // 2
-    other = truth.copy()
-    other[first[at][0]] *= -1
-    elsewhere = _course(method, other, tests, seed, options, advised=True)
-    same = [asked for asked, _ in elsewhere[: at + 1]] == [asked for asked, _ in first[: at + 1]]
-    require(
-        same and elsewhere[:at] == first[:at],
-        "acts on what it has not tested: it must know of reality only what tests show",
-    )
+    # In a reality that is another wherever the first few tests were not, it may act otherwise only
+    # once it has tested one design more.
+    for known in (len(tested) // 2, len(tested)):
+        other = -truth
+        other[tested[:known]] = truth[tested[:known]]
+        asked, advised = course(other)
+        require(
+            asked[: known + 1] == tested[: known + 1] and advised[:known] == advice[:known],
+            "acts on what it has not tested: it must know of reality only what tests show",
+        )
 
 
 def _course(
@@ -118,42 +127,26 @@ def _course(
     tests: int,
     seed: int,
     options: dict[str, Any],
+    require: Callable[[object, str], None],
     *,
-    advised: bool,
-) -> list[tuple[int, int]]:
-    """Return what is tested and recommended, test by test; -1 for what is not asked."""
+    is_advised: bool,
+) -> tuple[list[int], list[int]]:
+    """Return what is tested, and what is recommended after each test."""
     where = Reality("made up")
     simulator, task = Simulator(where.nominal), Task("directed", HEADING)
     world = World(where, task, 0.0, np.random.default_rng(0), displacement=truth)
     made = make(method, simulator, task, np.random.default_rng(seed), **options)
-    before = simulator.landscape().copy()
-    if isinstance(made, Oracle):
-        made.truth = world.rewards
-    course: list[tuple[int, int]] = []
+    if isinstance(made.method, Oracle):
+        made.method.truth = world.rewards
+    shown: list[tuple[Test, bytes]] = []
 
     def test(design: int) -> Test:
-        if any(asked == design for asked, _ in course):
-            raise SearcherError(f"asked for design {design} a second time")
-        course.append((design, -1))
-        return world.test(design)
+        one = world.test(design, track=bool(getattr(made, "wants_track", False)))
+        shown.append((one, pickle.dumps(one)))
+        return one
 
-    if hasattr(made, "run"):
-        advice = made.run(test, tests)
-        course = [
-            (asked, design_of(one, "recommended"))
-            for (asked, _), one in zip(course, advice, strict=True)
-        ]
-    else:
-        while len(course) < tests and (asked := made.ask()) is not None:
-            told = test(design_of(asked, "asked for"))
-            kept = pickle.dumps(told)
-            made.tell(told)
-            if pickle.dumps(told) != kept:
-                raise SearcherError("changed the test that it was told")
-            if advised:
-                course[-1] = course[-1][0], design_of(made.recommend(), "recommended")
-    if not course:
-        raise SearcherError("tested no design at all")
-    if not np.array_equal(simulator.landscape(), before):
-        raise SearcherError("changed the simulator's table")
-    return course
+    course = made.course(test, tests, is_advised=is_advised)
+    require(
+        all(pickle.dumps(one) == kept for one, kept in shown), "changed the test that it was told"
+    )
+    return [one.design for one, _ in course], [design for _, design in course]

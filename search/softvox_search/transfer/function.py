@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from softvox_gym import Design, Task
-from softvox_gym.landscapes.table import LATTICE
+from softvox_gym import Task
 from softvox_search.function import BudgetEnd
 from softvox_search.protocol import SearcherError
-from softvox_search.transfer.protocol import Method, Test
+from softvox_search.transfer.protocol import Method, Test, design_of
 from softvox_search.transfer.simulator import Simulator
 
 
@@ -45,28 +43,24 @@ class FunctionMethod(Method):
         self.function = function
         self._options = options
 
-    def run(self, test: Callable[[int], Test], tests: int) -> list[Any]:
+    def run(self, test: Callable[[int], Test], tests: int) -> list[int]:
         """Call the function; return what it recommends after every test."""
-        advice: list[Any] = []
+        advice: list[int] = []
 
         def one(design: Any) -> Test:
             if len(self.tests) == tests:
                 raise BudgetEnd
-            try:
-                number = Design(design, shape=LATTICE).index
-            except (TypeError, ValueError) as error:
-                raise SearcherError(
-                    f"tested what is not one design of {LATTICE}: {error}"
-                ) from error
-            made = test(number)
+            made = test(design_of(design, "tested"))
             self.tell(made)
             advice.append(self.recommend())
-            return replace(made, displacement=made.displacement.copy())
+            return made
 
         last: Any = None
         with suppress(BudgetEnd):
             last = self.function(one, self.simulator, self.task, self.rng, **self._options)
-        return advice if last is None or not advice else [*advice[:-1], last]
+        if last is not None and advice:
+            advice[-1] = design_of(last, "recommended")
+        return advice
 
     def ask(self) -> Any:
         """Refuse: a function is not asked, it tests."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import Physics
 from softvox_gym.realities import between, log_between
+from softvox_gym.simulation import check_count
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -30,7 +31,6 @@ CLASSES: Mapping[str, frozenset[str]] = {
         }
     ),
 }
-
 
 #: Numbers that say where in the prior a physics is.
 SHARES = 8
@@ -61,14 +61,14 @@ def library(simulator: Simulator, models: str, n: int) -> Library:
 
     Raises
     ------
-    ValueError
-        For an unknown class.
+    TypeError, ValueError
+        For an unknown class, or no number of models.
     SimulationBudgetError
         Where the simulator may not simulate as many.
     """
+    check_count("size", n, least=1)
     physics = drawn(simulator.nominal, check_class(models), n)
-    made = tuple(simulator.landscape(one) for one in physics)
-    return Library(physics, _stacked(physics, made), CLASSES[models])
+    return Library(physics, simulator.landscapes(physics), CLASSES[models])
 
 
 def check_class(models: str) -> str:
@@ -113,16 +113,3 @@ def physics_at(shares: Array, nominal: Physics, models: str) -> Physics:
         if kind < 2 / 3:
             physics = physics.sheared(ratio)
     return physics
-
-
-_STACKS: dict[tuple[Physics, ...], Array] = {}
-
-
-def _stacked(physics: tuple[Physics, ...], made: tuple[Array, ...]) -> Array:
-    """Return tables as one array, the same for the same models, as runs follow one another."""
-    if physics not in _STACKS:
-        if len(_STACKS) == 8:
-            del _STACKS[next(iter(_STACKS))]
-        _STACKS[physics] = np.stack(made)
-        _STACKS[physics].flags.writeable = False
-    return _STACKS[physics]

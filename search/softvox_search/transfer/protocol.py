@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Task
+from softvox_gym import Design, Task
+from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.simulation import check_count
+from softvox_search.protocol import SearcherError
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
+
+#: Of a track, per cycle.
+SAMPLES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +94,16 @@ class Method:
         self.task = task
         self.rng = rng
         self.tests: list[Test] = []
+        self._left = np.ones(N_DESIGNS, dtype=bool)
+        self._best: Test | None = None
 
     def tell(self, test: Test) -> None:
         """Keep the test."""
         self.tests.append(test)
+        self._left[test.design] = False
+        best = self._best
+        if best is None or (-test.reward, test.design) < (-best.reward, best.design):
+            self._best = test
 
     def recommend(self) -> int:
         """Return the best design tested, of equal ones the first by number.
@@ -100,9 +113,9 @@ class Method:
         ValueError
             Before the first test.
         """
-        if not self.tests:
+        if self._best is None:
             raise ValueError("nothing to recommend: no design was tested yet")
-        return min(self.tests, key=lambda test: (-test.reward, test.design)).design
+        return self._best.design
 
     def predict(self) -> Array | None:
         """Return what it expects of every design in reality; None where it expects nothing.
@@ -121,9 +134,7 @@ class Method:
 
     def untested(self) -> NDArray[np.bool_]:
         """Return which designs were not tested yet, shape (6561,)."""
-        left = np.ones(len(self.simulator.landscape()), dtype=bool)
-        left[[test.design for test in self.tests]] = False
-        return left
+        return self._left.copy()
 
 
 def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
@@ -133,3 +144,27 @@ def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
     """
     rounded = np.round(values, 9)
     return int(np.argmax(rounded if among is None else np.where(among, rounded, -np.inf)))
+
+
+def after_tests(name: str, tests: Any) -> frozenset[int]:
+    """Return the numbers of tests after which a method does something.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what are no whole numbers of at least 1.
+    """
+    if isinstance(tests, str) or not isinstance(tests, Iterable):
+        raise TypeError(f"{name} must be a list of numbers of tests, got {tests!r}")
+    made = list(tests)
+    for one in made:
+        check_count(name, one, least=1)
+    return frozenset(made)
+
+
+def design_of(design: Any, said: str) -> int:
+    """Return a design's number; SearcherError for what is none of 2x2x2."""
+    try:
+        return Design(design, shape=LATTICE).index
+    except (TypeError, ValueError) as error:
+        raise SearcherError(f"{said} what is no design of {LATTICE}: {error}") from error

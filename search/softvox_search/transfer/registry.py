@@ -12,6 +12,7 @@ from softvox_gym import Task
 from softvox_search.function import is_function
 from softvox_search.registry import Entry, Registry, require_methods
 from softvox_search.transfer.function import FunctionMethod
+from softvox_search.transfer.guard import Guarded
 from softvox_search.transfer.protocol import TransferMethod
 from softvox_search.transfer.simulator import Simulator
 
@@ -41,9 +42,10 @@ def make(
     simulator: Simulator,
     task: Task,
     rng: np.random.Generator,
+    /,
     **options: Any,
-) -> TransferMethod:
-    """Make a transfer method.
+) -> Guarded:
+    """Make a transfer method, which may then be driven by hand: ask, test, tell, recommend.
 
     Parameters
     ----------
@@ -57,6 +59,11 @@ def make(
         Its own.
     **options
         Of the class or function; its docstring describes them.
+
+    Returns
+    -------
+    Guarded
+        The method, held to the order of its calls.
 
     Raises
     ------
@@ -72,12 +79,12 @@ def make(
         kind = REGISTRY.found(method)
         REGISTRY.check_options(method, options)
     if is_function(kind, ARGUMENTS):
-        return FunctionMethod(kind, simulator, task, rng, **options)
+        return Guarded(FunctionMethod(kind, simulator, task, rng, **options), name)
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
         require_methods(name, kind, kind=REGISTRY.kind)
     made: TransferMethod = kind(simulator, task, rng, **options)
     require_methods(name, made, kind=REGISTRY.kind)
-    return made
+    return Guarded(made, name)
 
 
 def name_of(method: Any) -> str:

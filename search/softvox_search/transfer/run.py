@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Design, Lattice, Reality, Task, landscape
-from softvox_gym.evaluation import SAMPLES_PER_CYCLE
-from softvox_gym.landscapes.gap import LEAST_TRAVEL, class_best, srcc
+from softvox_gym import Reality, Task, landscape
+from softvox_gym.landscapes.gap import class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
-from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.noise import not_negative
+from softvox_gym.real_tracks import LITTLE
 from softvox_gym.realities import reality as reality_named
 from softvox_gym.simulation import check_count
 from softvox_search.protocol import SearcherError
-from softvox_search.transfer.function import FunctionMethod
+from softvox_search.transfer.guard import Guarded
 from softvox_search.transfer.methods.simple import Oracle
-from softvox_search.transfer.protocol import Test, TransferMethod
-from softvox_search.transfer.registry import make, name_of
+from softvox_search.transfer.protocol import SAMPLES, Test
+from softvox_search.transfer.registry import make
 from softvox_search.transfer.simulator import SimulationBudgetError, Simulator, displacements
 
 Array = NDArray[np.float64]
@@ -119,7 +118,7 @@ def transfer(
     seed : int
         Of all random numbers.
     measurement_noise : float
-        Standard deviation of dx and dy as measured, voxel widths.
+        Standard deviation of dx and dy as measured, voxel widths, and of a track's.
     simulations : int, optional
         As many designs may be simulated; without end where None.
     **options
@@ -144,6 +143,35 @@ def transfer(
     >>> run.regret.shape
     (5,)
     """
+    return prepared(
+        method,
+        options,
+        reality=reality,
+        task=task,
+        heading=heading,
+        tests=tests,
+        seed=seed,
+        measurement_noise=measurement_noise,
+        simulations=simulations,
+    )()
+
+
+def prepared(
+    method: str | Callable[..., Any],
+    options: Mapping[str, Any],
+    *,
+    reality: str | Reality = "reversal",
+    task: str | Task = "directed",
+    heading: float | None = None,
+    tests: int = 20,
+    seed: int = 0,
+    measurement_noise: float = 0.0,
+    simulations: int | None = None,
+) -> Callable[[], TransferRun]:
+    """Check what `transfer` is given and make the method; return what does the run.
+
+    What is wrong with the arguments is raised here, and what the method does wrong there.
+    """
     check_count("tests", tests, least=1)
     check_count("seed", seed, least=0, most=2**64 - 1)
     sigma = not_negative("measurement_noise", measurement_noise)
@@ -155,10 +183,9 @@ def transfer(
     what = task_of(task, heading)
     of_method, of_noise = np.random.SeedSequence(seed).spawn(2)
     simulator = Simulator(where.nominal, simulations)
+    made = make(method, simulator, what, np.random.default_rng(of_method), **options)
     world = World(where, what, sigma, np.random.default_rng(of_noise))
-    asked = make(method, simulator, what, np.random.default_rng(of_method), **options)
-    with naming(name_of(method)):
-        return _run(asked, simulator, world, name_of(method), tests, seed)
+    return partial(_run, made, simulator, world, tests, seed)
 
 
 def task_of(task: str | Task, heading: float | None = None) -> Task:
@@ -199,6 +226,11 @@ class World:
         self.rewards: Array = task.reward(self.displacement)
         self._sigma, self._rng = sigma, rng
 
+    @property
+    def is_noisy(self) -> bool:
+        """Whether a second test of a design shows something else."""
+        return self._sigma > 0
+
     def test(self, design: int, *, track: bool = False) -> Test:
         """Try a design."""
         moved = self.displacement[design].copy()
@@ -206,10 +238,13 @@ class World:
             moved[:2] += self._sigma * self._rng.standard_normal(2)
         path: Array | None = None
         if track:
-            result = self.reality.simulate([design], track=SAMPLES_PER_CYCLE, threads=1)
+            result = self.reality.simulate([design], track=SAMPLES, threads=1)
             assert result.track is not None
-            path = np.nan_to_num(np.asarray(result.track[0], dtype=np.float64))
-        return Test(design, float(self.task.reward(moved)), np.asarray(moved), path)
+            path = np.nan_to_num(result.track[0])
+            if self._sigma:  # or it would tell what the noise hides
+                path[1:, :2] += self._sigma * self._rng.standard_normal((len(path) - 1, 2))
+                path[-1] = moved
+        return Test(design, float(self.task.reward(moved)), moved, path)
 
 
 @lru_cache(maxsize=64)
@@ -217,48 +252,32 @@ def _truth(reality: Reality) -> Array:
     return displacements(landscape(reality))
 
 
-def _run(
-    method: TransferMethod, simulator: Simulator, world: World, name: str, tests: int, seed: int
-) -> TransferRun:
-    wants_track = bool(getattr(method, "wants_track", False))
-    if isinstance(method, Oracle):
-        method.truth = world.rewards
-    tested: list[Test] = []
-    advice: list[int] = []
-
-    def test(design: int) -> Test:
-        if any(one.design == design for one in tested) and not world._sigma:
-            raise SearcherError(
-                f"asked for design {design} a second time, which would show the same; ask for "
-                "another, or for None to end"
-            )
-        tested.append(world.test(design, track=wants_track))
-        return tested[-1]
-
-    if isinstance(method, FunctionMethod):
-        advice = [design_of(one, "recommended") for one in method.run(test, tests)]
-    else:
-        while len(tested) < tests and (asked := method.ask()) is not None:
-            # A copy, so that what a method does to its own changes no record.
-            one = test(design_of(asked, "asked for"))
-            method.tell(replace(one, displacement=one.displacement.copy()))
-            advice.append(design_of(method.recommend(), "recommended"))
-    if not tested:
-        raise SearcherError("tested no design at all")
+def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: int) -> TransferRun:
+    if isinstance(method.method, Oracle):
+        method.method.truth = world.rewards
+    course = method.course(
+        partial(world.test, track=bool(getattr(method, "wants_track", False))),
+        tests,
+        may_repeat=world.is_noisy,
+    )
+    simulations = simulator.used  # what follows is not its own doing
+    tested = np.array([test.design for test, _ in course], dtype=np.int64)
+    advice = [design for _, design in course]
     recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
     regret, class_regret = regrets(world.rewards, recommended)
-    mine, models = (_held(getattr(method, name, None)) for name in ("predict", "models"))
+    expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
+    models = _held(method, "models", (None, N_DESIGNS, 3))
     nominal = displacements(landscape(simulator.nominal))
     left = np.ones(N_DESIGNS, dtype=bool)
-    left[[one.design for one in tested]] = False
-    before, after = (_foresight(expected, world, left) for expected in (nominal, mine))
+    left[tested] = False
+    before, after = (_foresight(one, world, left) for one in (nominal, expected))
     return TransferRun(
-        method=name,
+        method=method.name,
         reality=world.reality.name,
         task=world.task,
         seed=seed,
-        tested=np.array([one.design for one in tested], dtype=np.int64),
-        rewards=np.array([one.reward for one in tested]),
+        tested=tested,
+        rewards=np.array([test.reward for test, _ in course]),
         recommended=recommended,
         regret=regret,
         class_regret=class_regret,
@@ -270,7 +289,7 @@ def _run(
         heading_error=after[2],
         distance=_distance(models, world.displacement),
         is_specified=is_specified(world.reality, getattr(method, "varied", frozenset())),
-        simulations=simulator.used,
+        simulations=simulations,
     )
 
 
@@ -282,15 +301,6 @@ def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Arra
     return 1 - rewards[recommended] / best, 1 - class_best(rewards)[recommended] / best
 
 
-def design_of(design: Any, said: str) -> int:
-    """Return a design's number; SearcherError for what is none of 2x2x2."""
-    try:
-        made = Design(design, shape=LATTICE)
-    except (TypeError, ValueError) as error:
-        raise SearcherError(f"{said} what is no design of {Lattice()}: {error}") from error
-    return made.index
-
-
 def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     """Return whether parameters cover all in which a reality differs from its simulator."""
     ours, theirs = reality.physics.to_dict(), reality.nominal.to_dict()
@@ -300,21 +310,35 @@ def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     return reality.is_plain and differ <= varied | follows
 
 
-@contextmanager
-def naming(name: str) -> Iterator[None]:
-    """Put a method's name before what an error says of it."""
-    try:
-        yield
-    except SearcherError as error:
-        raise SearcherError(f"method {name} {error}") from error
+def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array | None:
+    """Return what a method expects or holds; None where it does not say, or can't any more.
 
-
-def _held(ask: Callable[[], Any] | None) -> Array | None:
-    """Return what a method expects or holds; None where it does not, or can't any more."""
+    Raises
+    ------
+    SearcherError
+        Where it is of none of some shapes, of which None is any length.
+    """
+    ask = getattr(method, name, None)
     try:
-        return None if ask is None else ask()
+        said = None if ask is None else ask()
     except SimulationBudgetError:
         return None
+    if said is None:
+        return None
+    values: Array = np.asarray(said)
+    if values.dtype.kind not in "fiu" or not any(_fits(values.shape, shape) for shape in shapes):
+        wanted = " or ".join(map(str, shapes)).replace("None", "n")
+        raise SearcherError(
+            f"method {method.name} returned {values.dtype} of shape {values.shape} from {name}; it "
+            f"must be None or numbers of shape {wanted}"
+        )
+    return values
+
+
+def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    return len(shape) == len(wanted) and all(
+        there in (None, here) for here, there in zip(shape, wanted, strict=True)
+    )
 
 
 def _foresight(expected: Array | None, world: World, left: NDArray[np.bool_]) -> list[float]:
@@ -331,7 +355,7 @@ def heading_error(expected: Array, real: Array) -> float:
     """Return the mean angle between displacements, degrees, of those that travel in both."""
     ours, theirs = expected[:, :2], real[:, :2]
     lengths = np.hypot(*ours.T), np.hypot(*theirs.T)
-    moves = (lengths[0] > LEAST_TRAVEL) & (lengths[1] > LEAST_TRAVEL)
+    moves = (lengths[0] > LITTLE) & (lengths[1] > LITTLE)
     if not moves.any():
         return float("nan")
     cosine = (ours * theirs).sum(axis=1)[moves] / (lengths[0] * lengths[1])[moves]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 import softvox_gym
 from softvox_gym import Physics, noisy_landscape, simulate
 from softvox_gym.design import stack_of
-from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table
+from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, tracks
 from softvox_gym.simulation import check_count
 
 Array = NDArray[np.float64]
@@ -65,6 +66,18 @@ class Simulator:
             self._spend(N_DESIGNS)
             self._known.add(which)
         return _landscape(which)
+
+    def landscapes(self, models: Sequence[Physics]) -> Array:
+        """Return `landscape` under several physics as one array, shape (models, 6561, 3).
+
+        Raises
+        ------
+        SimulationBudgetError
+            As `landscape` does.
+        """
+        for physics in models:
+            self.landscape(physics)
+        return _stack(tuple(models))
 
     def displacement(self, designs: Any, physics: Physics | None = None) -> Array:
         """Return the displacement of designs, shape (n, 3), under the nominal physics or another.
@@ -126,9 +139,20 @@ def _landscape(physics: Physics) -> Array:
     return displacements(softvox_gym.landscape(physics))
 
 
+@lru_cache(maxsize=8)
+def _stack(models: tuple[Physics, ...]) -> Array:
+    """Return landscapes, once for all the runs that hold the same models."""
+    made = np.stack([_landscape(physics) for physics in models])
+    made.flags.writeable = False
+    return made
+
+
 @lru_cache(maxsize=4)
 def _mean_height(physics: Physics) -> Array:
-    track = simulate(np.arange(N_DESIGNS), physics, track=1).track
+    if physics == Physics.published():
+        track: Array | None = tracks().track
+    else:
+        track = simulate(np.arange(N_DESIGNS), physics, track=1).track
     assert track is not None
     height = np.nan_to_num(track[..., 2].mean(axis=-1))
     height.flags.writeable = False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import re
 from argparse import Namespace
 from math import isfinite
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.design import Design
+from softvox_gym.design import Design, written
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
@@ -107,14 +106,10 @@ def design_of(text: str, shape: tuple[int, int, int]) -> Design:
     with bad_input("--shape:"):
         lattice = Lattice.of(shape)
     try:
-        is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
-        return Design(int(text) if is_number else text, shape=lattice)
-    except ValueError:
-        last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"
-        shown = text if len(text) <= 40 else f"{text[:37]}..."
+        return written(text, lattice)
+    except ValueError as error:
         raise BadInputError(
-            f"design {shown!r} is neither a number from 0 to {last} nor {lattice.sites} digits 0, "
-            f"1, 2, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ"
+            f"{error}, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ"
         ) from None
 
 

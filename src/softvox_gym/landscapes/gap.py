@@ -16,13 +16,11 @@ from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
 from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, landscape
+from softvox_gym.real_tracks import LITTLE
 from softvox_gym.realities import Reality, realities
 from softvox_gym.tasks import HEADINGS, Task
 
 Array = NDArray[np.float64]
-
-#: A design has a heading where it travels farther, voxel widths.
-LEAST_TRAVEL = 0.25
 
 #: As many designs are taken from the simulator's ranking, best first, and the best in reality kept.
 TRIED = (1, 10, TOP)
@@ -75,7 +73,7 @@ def row(reality: Reality) -> dict[str, Any]:
     top, real_top = ranked(worth)[:TOP].tolist(), ranked(here)[:TOP].tolist()
     tasks = [Task("directed", heading) for heading in HEADINGS]
     directed = [regrets(value(nominal, task), value(real, task)) for task in tasks]
-    has_heading = (worth > LEAST_TRAVEL) & (here > LEAST_TRAVEL)
+    has_heading = (worth > LITTLE) & (here > LITTLE)
     turns = turned(nominal, real)
     return {
         "reality": reality.name,

@@ -26,8 +26,8 @@ from softvox_view.figures import (
 )
 
 if TYPE_CHECKING:
+    from softvox_gym.real_tracks import RealTrack
     from softvox_search.experiment.results import Results
-    from softvox_view.real_tracks import RealTrack
 
 #: What the figures made of results need.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
@@ -142,8 +142,8 @@ def _tracks(files: list[Path]) -> tuple[RealTrack, ...]:
     """Return the tracks of real robots."""
     if not files:
         return ()
+    from softvox_gym.real_tracks import read_tracks
     from softvox_view.figures.tracks import CYCLES, designs_of
-    from softvox_view.real_tracks import read_tracks
 
     with bad_input("--tracks"):
         tracks = read_tracks(files, most_cycles=CYCLES)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from softvox_gym.real_tracks import RealTrack
     from softvox_gym.realities import Reality
     from softvox_search.experiment.results import Results
-    from softvox_view.real_tracks import RealTrack
 
 #: Every figure and what it shows.
 FIGURES = {

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from softvox_gym.landscapes import gap, landscape
 from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
 from softvox_gym.landscapes.table import Table
+from softvox_gym.real_tracks import between, heading
 from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Result, simulate
 from softvox_view.figures import Drawing, Inputs, maps, style, tracks
 from softvox_view.figures.robots import best_of_bodies
-from softvox_view.real_tracks import between, heading
 
 Array = NDArray[np.float64]
 

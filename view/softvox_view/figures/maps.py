@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_gym.real_tracks import LITTLE
 from softvox_view.figures import Inputs, style
-from softvox_view.real_tracks import LITTLE
 from softvox_view.tessellation import SIDE, cell_of, mapped
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from string import ascii_lowercase
@@ -16,10 +16,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import Design
 from softvox_gym.physics import Physics
-from softvox_gym.simulation import simulate
-from softvox_view.figures import Drawing, Inputs, labels, style
-from softvox_view.figures.robots import best_of_bodies, picture
-from softvox_view.real_tracks import (
+from softvox_gym.real_tracks import (
     COLUMNS,
     Compared,
     RealTrack,
@@ -29,6 +26,9 @@ from softvox_view.real_tracks import (
     short,
     track_at,
 )
+from softvox_gym.simulation import simulate
+from softvox_view.figures import Drawing, Inputs, labels, style
+from softvox_view.figures.robots import best_of_bodies, picture
 
 CYCLES, PER_CYCLE = 23, 50
 
@@ -80,6 +80,11 @@ class Panel:
     compared: list[Compared]
 
     @property
+    def cycle(self) -> Array:
+        """Of the samples of the simulated track, shape (m,)."""
+        return np.arange(len(self.simulated)) / PER_CYCLE
+
+    @property
     def points(self) -> Array:
         """All points of all tracks, cm, shape (n, 2)."""
         points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
@@ -108,24 +113,38 @@ def draw_tracks(inputs: Inputs) -> Drawing:
     rows = [compare(track, simulated[track.design], PER_CYCLE) for track in inputs.tracks]
     if rows:
         tables["tracks_compared.csv"] = as_csv(rows)
+    pages = draw_pages("tracks", designs, simulated, inputs.tracks, rows)
+    return Drawing(pages, tables, as_lines(rows) if rows else [])
+
+
+def draw_pages(
+    name: str,
+    designs: Sequence[Design],
+    simulated: Mapping[int, Array],
+    real: Sequence[RealTrack],
+    rows: Sequence[Compared],
+) -> dict[str, Figure]:
+    """Draw a panel per design, with its tracks, simulated and real, and what `rows` says of these.
+
+    Returns the pages by file name. They have one scale, which the simulated tracks set.
+    """
     panels = [
         Panel(
-            name,
+            letter,
             design,
             simulated[design.index],
-            [track for track in inputs.tracks if track.design == design.index],
+            [track for track in real if track.design == design.index],
             [row for row in rows if row.design == design.index],
         )
-        for name, design in zip(NAMES, designs, strict=False)
+        for letter, design in zip(NAMES, designs, strict=False)
     ]
     half = max(map(half_side, simulated.values()))
-    figures = {
-        f"tracks_{1 + first // PER_PAGE}" if first else "tracks": draw_page(
+    return {
+        f"{name}_{1 + first // PER_PAGE}" if first else name: draw_page(
             panels[first : first + PER_PAGE], half
         )
         for first in range(0, len(panels), PER_PAGE)
     }
-    return Drawing(figures, tables, as_lines(rows) if rows else [])
 
 
 def middle(points: Array) -> Array:
@@ -173,10 +192,11 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
         axis.remove()
+    cycles = max(panel.cycle[-1] for panel in panels)
     words = []
     for axis, panel in zip(axes, panels, strict=False):
         own = max(half, half_side(panel.points))
-        line = _tracks(axis, panel)
+        line = _tracks(axis, panel, cycles)
         words.append(_frame(axis, panel, own, has_own_scale=own > half))
     made.supxlabel("x, cm")
     made.supylabel("y, cm")
@@ -203,22 +223,23 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     return made
 
 
-def _tracks(axis: Axes, panel: Panel) -> LineCollection:
+def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
+    """Draw the tracks, in the colours of so many cycles."""
     ours = panel.simulated
     colours = style.on_white(style.TIME)
     segments = np.stack([ours[:-1], ours[1:]], axis=1)
-    line = LineCollection(list(segments), cmap=colours, array=CYCLE[:-1], lw=1.6)
-    line.set_clim(0, CYCLES)
+    line = LineCollection(list(segments), cmap=colours, array=panel.cycle[:-1], lw=1.6)
+    line.set_clim(0, cycles)
     axis.add_collection(line)
     for track in panel.real:
         axis.plot(*track.position.T, **_REAL)
         axis.plot(*track.position[-1], "s", color=style.INK, ms=3.5, zorder=3)
     if panel.real:
-        tracks = [(CYCLE, ours), *((track.cycle, track.position) for track in panel.real)]
+        tracks = [(panel.cycle, ours), *((track.cycle, track.position) for track in panel.real)]
         for cycle, position in tracks:
             times = np.arange(MARKED, cycle[-1], MARKED, dtype=float)
             for time, point in zip(times, track_at(times, cycle, position), strict=True):
-                axis.plot(*point, mfc=colours(time / CYCLES), zorder=3.5, **_TIME)
+                axis.plot(*point, mfc=colours(time / cycles), zorder=3.5, **_TIME)
     axis.plot(0, 0, "o", mfc="white", zorder=4, **_END)
     axis.plot(*ours[-1], "D", mfc=colours(1.0), zorder=4, **_END)
     return line
@@ -238,8 +259,8 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
     # As many points of each track, however often it was looked at.
-    times = CYCLE[:: len(CYCLE) // 200]
-    tracks = [track_at(times, CYCLE, panel.simulated)]
+    times = panel.cycle[:: len(panel.cycle) // 200 or 1]
+    tracks = [track_at(times, panel.cycle, panel.simulated)]
     for track in panel.real:
         tracks.append(track_at(times[times <= track.cycle[-1]], track.cycle, track.position))
     lines = panel.shares(np.concatenate(tracks), half)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Task
+from softvox_gym.simulation import check_count
 from softvox_search.transfer.library import library
 from softvox_search.transfer.protocol import Method, Test, first_best
 from softvox_search.transfer.simulator import Simulator
@@ -56,6 +57,8 @@ class Eea(Method):
         super().__init__(simulator, task, rng)
         if choice not in CHOICES:
             raise ValueError(f"choice must be one of {', '.join(CHOICES)}, got {choice!r}")
+        check_count("ensemble", ensemble, least=1)
+        check_count("fittest", fittest, least=1)
         self._library = library(simulator, models, size)
         self.varied = self._library.varied
         self._rewards = task.reward(self._library.displacement)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 from math import sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Task
 from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
-from softvox_search.transfer.protocol import Method, Test, first_best
+from softvox_gym.noise import not_negative
+from softvox_search.transfer.protocol import Method, Test, after_tests, first_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -130,6 +130,10 @@ class Ite(Method):
             raise ValueError(f"kernel must be hamming or behaviour, got {kernel!r}")
         if prior not in ("signed", "simulated"):
             raise ValueError(f"prior must be signed or simulated, got {prior!r}")
+        if not_negative("length", length) == 0:
+            raise ValueError("length must be above 0, got 0")
+        for name, value in (("signal", signal), ("noise", noise), ("exploration", exploration)):
+            not_negative(name, value)
         said = task.reward(simulator.landscape())
         best = float(said.max())
         self._unit = best if best > 0 else 1.0
@@ -200,10 +204,11 @@ class GpUcb(Method):
         rng: np.random.Generator,
         *,
         exploration: float = 1.0,
-        learn_at: Any = (5, 10, 20, 40),
+        learn_at: Iterable[int] = (5, 10, 20, 40),
     ) -> None:
         super().__init__(simulator, task, rng)
-        self._exploration, self._learn_at = exploration, frozenset(learn_at)
+        self._exploration = not_negative("exploration", exploration)
+        self._learn_at = after_tests("learn_at", learn_at)
         self._variance, self._length, self._noise = 1.0, 0.4, 0.001
         self._unit = 1.0
         self.process: GaussianProcess | None = None
@@ -247,8 +252,13 @@ class GpUcb(Method):
 
     def _learn(self) -> None:
         """Fit amplitude, length and noise by scikit-learn."""
-        from sklearn.gaussian_process import GaussianProcessRegressor, kernels
-
+        try:
+            from sklearn.gaussian_process import GaussianProcessRegressor, kernels
+        except ModuleNotFoundError as error:
+            package = "scikit-learn"  # which is not called as its module is
+            raise ImportError(
+                f"{package} is not installed: pip install {package}", name=package
+            ) from error
         regressor = GaussianProcessRegressor(
             kernels.ConstantKernel(self._variance, (0.01, 10))
             * kernels.Matern(self._length, (0.05, 5), nu=2.5)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Task
-from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.noise import not_negative
+from softvox_gym.simulation import check_count
 from softvox_search.transfer.library import CLASSES, SHARES, check_class, physics_at
-from softvox_search.transfer.protocol import Method, Test
+from softvox_search.transfer.protocol import Method, Test, after_tests
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -45,12 +47,13 @@ class Identification(Method):
         candidates: int = 400,
     ) -> None:
         super().__init__(simulator, task, rng)
+        check_count("candidates", candidates, least=1)
         self.varied = CLASSES[check_class(models)]
-        self._class, self._fit_at = models, frozenset(fit_at)
+        self._class, self._fit_at = models, after_tests("fit_at", fit_at)
         moved = simulator.landscape()
         order = np.argsort(-np.round(task.reward(moved), 9), kind="stable")
-        half = min(candidates, N_DESIGNS) // 2
-        drawn = rng.permutation(order[half:])[: min(candidates, N_DESIGNS) - half]
+        half = candidates // 2
+        drawn = rng.permutation(order[half:])[: candidates - half]
         self._candidates = np.concatenate([order[:half], drawn])
         self._expected = moved[self._candidates]
 
@@ -69,8 +72,7 @@ class Identification(Method):
         """Learn it, and fit where it is time."""
         super().tell(test)
         if len(self.tests) in self._fit_at:
-            made = [self.simulate(shares, self._candidates) for shares in self.fit()]
-            self._expected = np.mean(made, axis=0)
+            self._expected = self.simulate(self.fit(), self._candidates).mean(axis=0)
 
     def recommend(self) -> int:
         """Return the best in expectation, of which the tested count as they were seen."""
@@ -89,16 +91,31 @@ class Identification(Method):
         """Return None: its models say nothing of most designs."""
 
     def simulate(self, shares: Array, designs: Any) -> Array:
-        """Return the displacement of designs, shape (n, 3), under one model."""
-        physics = physics_at(shares, self.simulator.nominal, self._class)
-        return self.simulator.displacement(designs, physics)
+        """Return the displacement of designs under models, all in one batch.
 
-    def misfit(self, shares: Array) -> float:
-        """Return the mean square of how far a model is off over all tests, voxel widths."""
-        tested = [test.design for test in self.tests]
+        Of one model, shares of shape (8,), the shape is (n, 3); of several, (models, 8), it is
+        (models, n, 3).
+        """
+        nominal, n = self.simulator.nominal, len(designs)
+        models = [physics_at(one, nominal, self._class) for one in np.atleast_2d(shares)]
+        varied: dict[str, Any] = {
+            name: np.repeat([getattr(one, name) for one in models], n)
+            for name in (*self.varied, "duration")
+        }
+        moved = self.simulator.displacement(
+            np.tile(designs, len(models)), replace(nominal, **varied)
+        )
+        return moved.reshape(*np.shape(shares)[:-1], n, 3)
+
+    def misfit(self, shares: Array) -> Array:
+        """Return the mean square of how far models are off over all tests, voxel widths.
+
+        A number of one model, shares of shape (8,); shape (models,) of several.
+        """
+        tested = np.array([test.design for test in self.tests])
         seen = np.array([test.displacement for test in self.tests])
-        off = self.simulate(shares, np.array(tested)) - seen
-        return float(np.square(off[:, :2]).sum(axis=1).mean())
+        off = self.simulate(shares, tested) - seen
+        return np.asarray(np.square(off[..., :2]).sum(axis=-1).mean(axis=-1))
 
 
 class SimOpt(Identification):
@@ -114,8 +131,8 @@ class SimOpt(Identification):
         Models drawn in a round, and rounds of a fit.
     divergence : float
         The largest Kullback-Leibler divergence of a round.
-    **options
-        Of `Identification`.
+    models, fit_at, candidates
+        As `Identification` has them.
 
     Notes
     -----
@@ -132,9 +149,15 @@ class SimOpt(Identification):
         draws: int = 16,
         rounds: int = 2,
         divergence: float = 1.0,
-        **options: Any,
+        models: str = "coulomb_area",
+        fit_at: Iterable[int] = (1, 5, 10, 20),
+        candidates: int = 400,
     ) -> None:
-        super().__init__(simulator, task, rng, **options)
+        super().__init__(simulator, task, rng, models=models, fit_at=fit_at, candidates=candidates)
+        check_count("draws", draws, least=2)
+        check_count("rounds", rounds, least=1)
+        if not_negative("divergence", divergence) == 0:
+            raise ValueError("divergence must be above 0, got 0")
         self._draws, self._rounds, self._divergence = draws, rounds, divergence
         self._mean, self._covariance = np.full(SHARES, 0.5), np.eye(SHARES) * 0.3**2
 
@@ -144,7 +167,7 @@ class SimOpt(Identification):
             normal = self.rng.standard_normal((self._draws, SHARES))
             drawn = self._mean + normal @ np.linalg.cholesky(self._covariance).T
             drawn = np.clip(drawn, 0.0, 1.0)
-            weight = weights(np.array([self.misfit(one) for one in drawn]), self._divergence)
+            weight = weights(self.misfit(drawn), self._divergence)
             self._mean = weight @ drawn
             off = drawn - self._mean
             self._covariance = (off * weight[:, np.newaxis]).T @ off + 1e-4 * np.eye(SHARES)

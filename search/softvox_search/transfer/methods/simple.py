@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Task
+from softvox_gym import Task, noisy_landscape
 from softvox_search.transfer.library import library
 from softvox_search.transfer.protocol import Method, first_best
 from softvox_search.transfer.simulator import Simulator
@@ -78,7 +78,9 @@ class Jakobi(Ranked):
     ) -> None:
         super().__init__(simulator, task, rng)
         self._moved = simulator.noisy(level)
-        self.score = task.reward(self._moved) if task.heading is not None else _mean(level)
+        # The mean distance under noise is more than the distance of the mean displacement.
+        is_directed = task.heading is not None
+        self.score = task.reward(self._moved) if is_directed else noisy_landscape(level)["mean"]
 
     def models(self) -> Array:
         """Return the mean of the noisy simulators."""
@@ -146,10 +148,3 @@ class Oracle(Method):
     def predict(self) -> Array:
         """Return the truth."""
         return np.asarray(self.truth)
-
-
-def _mean(level: float) -> Array:
-    """Return the mean fitness under noise, which is more than that of the mean displacement."""
-    from softvox_gym import noisy_landscape
-
-    return np.asarray(noisy_landscape(level)["mean"], dtype=np.float64)

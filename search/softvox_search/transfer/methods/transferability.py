@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from softvox_gym import Task
 from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.simulation import check_count
 from softvox_search.evolution import Evolutionary, Individual, rows
 from softvox_search.transfer.protocol import Method, Test, first_best
 from softvox_search.transfer.simulator import Simulator
@@ -55,8 +56,10 @@ class _Front(Evolutionary):
         pool = offspring + self.population
         digits = rows(pool, LATTICE)
         numbers = LATTICE.numbers(digits)
-        # The mean number of sites in which a design differs from the others.
-        diversity = np.mean(digits[:, np.newaxis] != digits, axis=(1, 2))
+        # The mean share of sites in which a design differs from the others: of every site, how
+        # many have another digit there.
+        alike = (digits[:, :, np.newaxis] == np.arange(3)).sum(axis=0)
+        diversity = 1 - alike[np.arange(LATTICE.sites), digits].mean(axis=1) / len(pool)
         columns = self.reward[numbers], self.disparity[numbers], diversity
         for individual, *values in zip(pool, *(column.tolist() for column in columns), strict=True):
             individual.fitness.values = values
@@ -96,14 +99,18 @@ class Transferability(Method):
         generations: int = 5,
     ) -> None:
         super().__init__(simulator, task, rng)
-        if population < 4 or population % 4:
+        check_count("population", population, least=4)
+        check_count("generations", generations, least=1)
+        if population % 4:
             raise ValueError(f"population must be a multiple of 4, got {population}")
         moved = simulator.landscape()
         self._moved = moved
         self._behaviour = _behaviour(moved, simulator.mean_height())
         self._front = _Front(rng, population, task.reward(moved))
         self._generations = generations
-        self._disparities: list[float] = []
+        # Of every design: to the nearest tested, squared; weights, and weights times disparities.
+        self._apart = np.full(N_DESIGNS, np.inf)
+        self._weight, self._weighted = np.zeros(N_DESIGNS), np.zeros(N_DESIGNS)
 
     def ask(self) -> int:
         """Evolve, and return the design that behaves least like those tested."""
@@ -116,21 +123,18 @@ class Transferability(Method):
             among = self.untested()
         if not self.tests:
             return first_best(self._front.reward, among)
-        return first_best(self._apart().min(axis=0), among)
+        return first_best(self._apart, among)
 
     def tell(self, test: Test) -> None:
         """Learn how far it is off, and what that says of the others."""
         super().tell(test)
         off = self._moved[test.design, :2] - test.displacement[:2]
-        self._disparities.append(float(np.sqrt(np.square(off).sum())))
-        weight = 1 / np.maximum(self._apart(), 1e-9)
-        seen = np.array(self._disparities)
-        self._front.disparity = (weight * seen[:, np.newaxis]).sum(axis=0) / weight.sum(axis=0)
-
-    def _apart(self) -> Array:
-        """Return squared distances in behaviour of those tested to all, shape (tests, 6561)."""
-        tested = self._behaviour[[test.design for test in self.tests]]
-        return np.asarray(np.square(self._behaviour - tested[:, np.newaxis]).sum(axis=-1))
+        apart = np.square(self._behaviour - self._behaviour[test.design]).sum(axis=1)
+        weight = 1 / np.maximum(apart, 1e-9)
+        self._apart = np.minimum(self._apart, apart)
+        self._weight += weight
+        self._weighted += weight * float(np.sqrt(np.square(off).sum()))
+        self._front.disparity = self._weighted / self._weight
 
 
 def _behaviour(moved: Array, height: Array) -> Array:

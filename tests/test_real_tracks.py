@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from softvox_view.real_tracks import CsvError, read_tracks
+from softvox_gym.real_tracks import CsvError, read_tracks
 
 HEADER = "design,trial,cycle,x_cm,y_cm\n"
 

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.cli.simulate import design_of
-from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.design import written
+from softvox_gym.lattice import Lattice
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
@@ -90,7 +90,7 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
             try:
                 trial = _design(text), name
                 cycle, x, y = map(_number, COLUMNS[2:], numbers)
-            except (ValueError, BadInputError) as error:
+            except ValueError as error:
                 raise CsvError(f"{where}: {error}") from None
             points = tracks.setdefault(trial, [])
             fault = _fault(points, (cycle, x, y), most_cycles)
@@ -177,10 +177,7 @@ def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def _design(text: str) -> int:
-    try:
-        number = design_of(text, (2, 2, 2)).index
-    except BadInputError as error:
-        raise ValueError(str(error).partition(", which a")[0]) from None
+    number = written(text, Lattice()).index
     if number == 0:
         raise ValueError(
             f"design {text!r} has no voxels, so no real robot is one; give the design that was "

@@ -1,0 +1,327 @@
+"""softvox transfer: a method and a reality that it knows by tests alone."""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softvox_gym.cli.parser import number, whole_number
+from softvox_gym.cli.reality import plain
+from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.files import write_file
+from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.missing import missing
+from softvox_gym.noise import not_negative as finite
+from softvox_gym.progress import Progress
+from softvox_gym.realities import Reality, reality
+from softvox_gym.tasks import HEADINGS, Task
+from softvox_search.cli.options import (
+    check_output,
+    entries,
+    name_in_files,
+    not_negative,
+    options_given,
+    shown,
+)
+from softvox_search.cli.own_code import look_in, prints_aside
+
+if TYPE_CHECKING:
+    from softvox_search.transfer import TransferRun
+
+DESCRIPTION = """\
+Let a method find a design for a reality that it knows by tests alone. It has
+the nominal simulator, tries a design in reality, and recommends one after
+every test. Told is what is lost by building that one: its regret, a share of
+what the best design there is worth, above 1 where it goes the wrong way; and
+the class regret, where a robot may be turned or mirrored before it is let go.
+
+The directed task is told for four headings, 0, 90, 180 and 270 degrees, and on
+average, unless --heading names one. softvox reality --list has the realities.
+
+The picture goes to transfer-METHOD-REALITY-SEED.png, in place of an earlier
+one, unless --out names another file.
+
+A method of your own, --method package.module:name, is a class with ask, or a
+function f(test, simulator, task, rng); docs/transfer.md has both. It is looked
+for among what is installed, on PYTHONPATH and in the current folder. What it
+prints goes to standard error.
+"""
+
+#: After so many tests the table tells, and after the last.
+TOLD = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+
+#: Numbers of a run that are told on average as well.
+MEASURES = (
+    *("srcc_before", "srcc_after", "kendall_before", "kendall_after"),
+    *("heading_error_before", "heading_error", "distance"),
+)
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "transfer",
+        help="try designs in a reality, and see what a method makes of it",
+        description=DESCRIPTION,
+        usage="softvox transfer [--method NAME] [--reality NAME] [--task NAME] [--tests N] "
+        "[options]",
+    )
+    options: dict[str, dict[str, Any]] = {
+        "method": {
+            "default": "ite",
+            "metavar": "NAME",
+            "help": "from --list, or your own as package.module:name (default: %(default)s)",
+        },
+        "list": {"action": "store_true", "help": "list the methods with their options"},
+        "option": {
+            "action": "append",
+            "default": [],
+            "metavar": "KEY=VALUE",
+            "help": "of the method, with a value as in TOML; may be given several times",
+        },
+        "reality": {
+            "default": "reversal",
+            "metavar": "NAME",
+            "help": "a named one, or of a set, as public-0 (default: %(default)s)",
+        },
+        "task": {
+            "default": "directed",
+            "metavar": "NAME",
+            "help": "directed, along a heading, or displacement, in any direction "
+            "(default: %(default)s)",
+        },
+        "heading": {
+            "type": number,
+            "metavar": "DEG",
+            "help": "of the directed task, degrees from x towards y (default: the four)",
+        },
+        "tests": {
+            "type": whole_number,
+            "default": 20,
+            "metavar": "N",
+            "help": "in reality, per heading (default: %(default)s)",
+        },
+        "seed": {
+            "type": not_negative,
+            "default": 0,
+            "metavar": "N",
+            "help": "of all random numbers (default: %(default)s)",
+        },
+        "noise": {
+            "type": number,
+            "default": 0.0,
+            "metavar": "X",
+            "help": "standard deviation of dx and dy as measured, voxel widths (default: 0)",
+        },
+        "simulations": {
+            "type": not_negative,
+            "metavar": "N",
+            "help": "designs that may be simulated, per heading (default: any number)",
+        },
+        "json": {"action": "store_true", "help": "print JSON"},
+        "out": {
+            "type": Path,
+            "metavar": "FILE.png",
+            "help": "where the picture goes; one that exists is only replaced with --force",
+        },
+        "no-picture": {"action": "store_true", "help": "draw none"},
+        "force": {"action": "store_true", "help": "replace FILE.png where it exists"},
+        "quiet": {"action": "store_true", "help": "no progress bar"},
+    }
+    for name, settings in options.items():
+        parser.add_argument(f"--{name}", **settings)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Check everything, let the method run, draw, then print."""
+    if args.list:
+        from softvox_search.transfer.registry import REGISTRY
+
+        listed = entries(REGISTRY)
+        print(json.dumps(listed, indent=2, allow_nan=False) if args.json else shown(listed))
+        return 0
+    from softvox_search.single import RaisedError
+
+    where, tasks = _asked(args)
+    out = args.out or Path(f"transfer-{name_in_files(args.method)}-{where.name}-{args.seed}.png")
+    force = args.force or not args.out
+    if not args.no_picture:
+        check_output("--out", out, (".png",), force=force)
+        draw = _picture()
+    look_in(Path.cwd())
+    try:
+        runs = _runs(args, where, tasks)
+    except RaisedError as error:
+        if sys.stderr is not None:
+            traceback.print_exception(error.__cause__)
+        complain("error", str(error))
+        return 1
+    if not args.no_picture:
+        with bad_input("--out"):
+            write_file(out, draw(runs, where), force=force)
+    facts = _facts(args, where, runs)
+    facts["picture"] = None if args.no_picture else str(out)
+    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(facts))
+    return 0
+
+
+def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
+    """Return the reality and the tasks; BadInputError for an option that can't be."""
+    with bad_input("--reality:"):
+        where = reality(args.reality)
+    with bad_input("--task:"):
+        task = Task(args.task)
+    tasks = [task]
+    if args.heading is not None:
+        with bad_input("--heading:"):
+            tasks = [Task(args.task, args.heading)]
+    elif task.heading is not None:
+        tasks = [Task(args.task, heading) for heading in HEADINGS]
+    if args.tests > N_DESIGNS:
+        raise BadInputError(
+            f"--tests must be at most {N_DESIGNS}, the designs there are, got {args.tests}"
+        )
+    with bad_input():
+        finite("--noise", args.noise)
+    return where, tasks
+
+
+def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[TransferRun]:
+    """Let the method run, once per task."""
+    from softvox_search import SearcherError
+    from softvox_search.single import RaisedError
+    from softvox_search.transfer import SimulationBudgetError
+    from softvox_search.transfer.run import prepared
+
+    options, runs = options_given(args.option), []
+    try:
+        with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress:
+            for done, task in enumerate(tasks):
+                progress(done, len(tasks))
+                try:
+                    ready = prepared(
+                        args.method,
+                        options,
+                        reality=where,
+                        task=task,
+                        tests=args.tests,
+                        seed=args.seed,
+                        measurement_noise=args.noise,
+                        simulations=args.simulations,
+                    )
+                except (TypeError, ValueError) as error:
+                    raise BadInputError(f"--method {args.method}: {error}") from error
+                runs.append(ready())
+    except ImportError as error:
+        raise BadInputError(missing(f"method {args.method}", error)) from error
+    except (SearcherError, SimulationBudgetError) as error:
+        raise BadInputError(str(error)) from error
+    except (BadInputError, MemoryError):
+        raise
+    except (Exception, SystemExit) as error:
+        raise RaisedError(f"method {args.method} raised {type(error).__name__}: {error}") from error
+    return runs
+
+
+def _picture() -> Callable[[Sequence[TransferRun], Reality], bytes]:
+    """Return what draws, as PNG; BadInputError where there is nothing to draw with."""
+    try:
+        from softvox_search.report import style
+        from softvox_search.report.crossing import picture
+    except ImportError as error:
+        needs = missing("the picture", error)
+        raise BadInputError(f"{needs}; or give --no-picture") from error
+    from softvox_gym import landscape
+    from softvox_search.transfer.simulator import displacements
+
+    def draw(runs: Sequence[TransferRun], where: Reality) -> bytes:
+        simulated, real = (displacements(landscape(one)) for one in (where.nominal, where))
+        with style.style():
+            return style.encoded(picture(runs, simulated, real))
+
+    return draw
+
+
+def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict[str, Any]:
+    """Return what was found, ready for JSON."""
+    rows = [
+        {
+            "heading": run.task.heading,
+            **{
+                name: getattr(run, name).tolist()
+                for name in ("tested", "rewards", "recommended", "regret", "class_regret")
+            },
+            **{name: plain(getattr(run, name)) for name in MEASURES},
+            "is_specified": run.is_specified,
+            "simulations": run.simulations,
+        }
+        for run in runs
+    ]
+    known = {name: [row[name] for row in rows if row[name] is not None] for name in MEASURES}
+    return {
+        "method": args.method,
+        "options": options_given(args.option),
+        "reality": where.name,
+        "task": runs[0].task.name,
+        "tests": args.tests,
+        "seed": args.seed,
+        "noise": args.noise,
+        "runs": rows,
+        "mean": {
+            **{
+                name: np.mean([row[name] for row in rows], axis=0).tolist()
+                for name in ("regret", "class_regret")
+            },
+            **{name: float(np.mean(kept)) if kept else None for name, kept in known.items()},
+        },
+    }
+
+
+def _text(facts: dict[str, Any]) -> str:
+    """Return it for people."""
+    rows, mean = facts["runs"], facts["mean"]
+    headings = ", ".join(f"{row['heading']:g}" for row in rows if row["heading"] is not None)
+    task = facts["task"] + (f" along {headings} degrees" if headings else "")
+    average = f", the mean of {len(rows)}" if len(rows) > 1 else ""
+    lines = [
+        f"{facts['method']} in {facts['reality']}, {task}; seed {facts['seed']}",
+        "",
+        f"{'tests':>6}{'regret':>8}{'class regret':>14}   recommended{average and ', in turn'}",
+    ]
+    for tests in sorted({*(n for n in TOLD if n < facts["tests"]), facts["tests"]}):
+        at = tests - 1
+        designs = "".join(f"{row['recommended'][at]:>6}" for row in rows)
+        regrets = f"{mean['regret'][at]:>8.2f}{mean['class_regret'][at]:>14.2f}"
+        lines.append(f"{tests:>6}{regrets}  {designs}")
+    said = {
+        "regret": f"a share of what the best is worth{average}",
+        "heading error": _both(mean["heading_error_before"], mean["heading_error"], ".0f", " deg"),
+        "Kendall's tau": _both(mean["kendall_before"], mean["kendall_after"], ".2f"),
+        "nearest model": "it holds none"
+        if mean["distance"] is None
+        else f"{mean['distance']:.2f} of what designs travel away from the truth",
+        "specified": "yes, its models vary all that differs"
+        if all(row["is_specified"] for row in rows)
+        else "no, its models don't vary all that differs",
+        "simulations": ", ".join(str(row["simulations"]) for row in rows),
+    }
+    ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]
+    if ended:
+        said["ended"] = f"by the method, {', '.join(ended)} of {facts['tests']} tests"
+    if facts["picture"]:
+        said["picture"] = facts["picture"]
+    return "\n".join([*lines, "", *(f"{name:15}{text}" for name, text in said.items())])
+
+
+def _both(before: float | None, after: float | None, form: str, unit: str = "") -> str:
+    """Return a number of the simulator's and of the method's expectations."""
+    first, second = ("unknown" if one is None else f"{one:{form}}{unit}" for one in (before, after))
+    return f"{first} of the simulator, {second} of the method in the end"

@@ -1,0 +1,133 @@
+"""What stands before a method: its calls come in order, and what it returns are designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from softvox_search.protocol import SearcherError
+from softvox_search.transfer.function import FunctionMethod
+from softvox_search.transfer.protocol import Test, TransferMethod, design_of
+
+
+class Guarded:
+    """A method that is held to the protocol: `ask`, `tell` and, once told, `recommend`.
+
+    It has all else that the method has.
+
+    Parameters
+    ----------
+    method : TransferMethod
+    name : str
+        What to call it in errors.
+
+    Raises
+    ------
+    SearcherError
+        By its three methods: where they are called out of order, or the method returns no design.
+    """
+
+    def __init__(self, method: TransferMethod, name: str) -> None:
+        self.method, self.name = method, name
+        self._due: int | None = None
+        self._is_told = False
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "method":  # not made yet, as while it is unpickled
+            raise AttributeError(name)
+        return getattr(self.method, name)
+
+    def ask(self) -> int | None:
+        """Return the number of the next design to test; None to test no more."""
+        with self._naming():
+            if self._due is not None:
+                raise SearcherError(
+                    f"was asked twice in a row; tell it first what the test of design {self._due}, "
+                    "which it asked for, showed"
+                )
+            asked = self.method.ask()
+            self._due = None if asked is None else design_of(asked, "asked for")
+        return self._due
+
+    def tell(self, test: Test) -> None:
+        """Let it learn what the test of the design last asked for showed."""
+        with self._naming():
+            if self._due is None:
+                raise SearcherError(
+                    f"was told of design {test.design}, for which it had not asked; ask it first"
+                )
+            if test.design != self._due:
+                raise SearcherError(
+                    f"was told of design {test.design} where it had asked for {self._due}; tell it "
+                    f"what the test of design {self._due} showed"
+                )
+            self.method.tell(test)
+            self._due, self._is_told = None, True
+
+    def recommend(self) -> int:
+        """Return the number of the design that it would build now."""
+        with self._naming():
+            if not self._is_told:
+                raise SearcherError(
+                    "was asked for its recommendation before any test; ask it, test, and tell it "
+                    "first"
+                )
+            return design_of(self.method.recommend(), "recommended")
+
+    def course(
+        self,
+        test: Callable[[int], Test],
+        tests: int,
+        *,
+        may_repeat: bool = False,
+        is_advised: bool = True,
+    ) -> list[tuple[Test, int]]:
+        """Let it test designs, and return every test with what it recommends after that.
+
+        Parameters
+        ----------
+        test : callable
+            What tries a design.
+        tests : int
+            At most as many.
+        may_repeat : bool
+            Whether a design may be tested again.
+        is_advised : bool
+            Whether a method with `ask` is asked for its recommendations; they are -1 where not.
+        """
+        shown: list[Test] = []
+        tested: set[int] = set()
+
+        def once(design: int) -> Test:
+            if not may_repeat and design in tested:
+                raise SearcherError(
+                    f"asked for design {design} a second time, which would show the same; ask for "
+                    "another, or for None to end"
+                )
+            tested.add(design)
+            shown.append(test(design))
+            return shown[-1]
+
+        advice: list[int] = []
+        if isinstance(self.method, FunctionMethod):
+            with self._naming():
+                advice = self.method.run(once, tests)
+        else:
+            while len(shown) < tests and (asked := self.ask()) is not None:
+                with self._naming():
+                    told = once(asked)
+                self.tell(told)
+                advice.append(self.recommend() if is_advised else -1)
+        if not shown:
+            with self._naming():
+                raise SearcherError("tested no design at all")
+        return list(zip(shown, advice, strict=True))
+
+    @contextmanager
+    def _naming(self) -> Iterator[None]:
+        """Put the method's name before what an error says of it."""
+        try:
+            yield
+        except SearcherError as error:
+            raise SearcherError(f"method {self.name} {error}") from error

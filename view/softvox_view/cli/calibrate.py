@@ -1,0 +1,262 @@
+"""softvox calibrate: which physics moves like real robots."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from argparse import Namespace
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from softvox_gym.calibration import (
+    AXES,
+    KNOWN,
+    WITHIN,
+    Calibration,
+    calibrate,
+    grid_of,
+    known_of,
+    tracks_of,
+)
+from softvox_gym.cli.parser import add_physics, add_threads, physics_of
+from softvox_gym.cli.reality import plain
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import Design, written
+from softvox_gym.files import check_folder, write_folder
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
+from softvox_gym.missing import missing
+from softvox_gym.progress import Progress
+from softvox_gym.real_tracks import LITTLE, RealTrack, heading, read_tracks
+from softvox_gym.realities import reality
+
+#: A real track may go on for so many.
+MOST_CYCLES = 1000
+
+#: Points that people see.
+SHOWN = 10
+
+DESCRIPTION = f"""\
+Find the physics under which designs move as real robots do: every design that
+has real tracks (--tracks, as softvox figures takes them) under every point of a
+grid. Or as designs move in a pseudo-reality (--reality, --designs), of which
+{", ".join(KNOWN[:-1])} and {KNOWN[-1]} are known, as whoever pumps a robot
+knows them, and nothing else.
+
+A point is scored by the number of headings within {WITHIN} degrees, and by the
+distance between the ends where that is the same. Designs that travel less than
+{LITTLE:g} voxel widths in reality have no heading, and are not among those that
+count; one that has none under a point is missed there. Robots are held against
+each other after as many cycles as the real ones walked.
+
+--grid names axes, each with values or with the usual ones:
+  friction,shear                   pairs of friction, kinetic at most static; T*
+  friction,strain=0.2:0.5:4        four strains from 0.2 to 0.5
+  shear=0,0.5,frequency_hz=2,4     these
+shear is T*, the shear strength of a voxel's face over its weight. All numbers
+of the physics may be axes, and these have usual values:
+{fill(", ".join(AXES), 79)}
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "calibrate",
+        help="find the physics that moves as real robots do",
+        description=DESCRIPTION,
+        usage="softvox calibrate --tracks FILE.csv [options]\n"
+        "       softvox calibrate --reality NAME --designs N,N,... [options]",
+    )
+    parser.add_argument(
+        "--tracks",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE.csv",
+        help="tracks of real robots; may be given several times",
+    )
+    parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
+    parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
+    parser.add_argument(
+        "--grid", default="friction,shear", metavar="GRID", help="default: friction,shear"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON, with all points")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="also draw the headings matched over the grid, and the tracks of the best point "
+        "over the real ones, into this folder, with both as tables",
+    )
+    parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_threads(parser)
+    add_physics(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Check everything, simulate, draw, write all files at once, then print."""
+    if bool(args.tracks) == (args.reality is not None):
+        raise BadInputError(
+            "what is real is said by --tracks FILE.csv or by --reality NAME --designs N,N,...; "
+            "give one of them"
+        )
+    if (args.designs is None) == (args.reality is not None):
+        raise BadInputError("--reality NAME and --designs N,N,... belong together; give both")
+    if args.duration is not None:
+        raise BadInputError(
+            "--duration is that of the real tracks, as many cycles; leave it out, and give "
+            "--frequency-hz for how long a cycle is"
+        )
+    with bad_input("--grid"):
+        grid = grid_of(args.grid)
+    if args.out is not None:
+        _import_figures()
+        with bad_input("--out"):
+            check_folder(args.out, ["calibration.csv"], force=args.force)
+    known = _take_known(args)
+    physics = physics_of(args)
+    tracks = _tracks(args)
+    with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="robots") as progress:
+        made = calibrate(tracks, grid, physics, threads=args.threads, progress=progress)
+    points, designs = points_of(made), designs_of(made)
+    if args.out is not None:
+        _write(args, made, tracks, {"calibration.csv": points, "calibration_designs.csv": designs})
+    if args.json:
+        found = {
+            "best": made.point(made.best),
+            "with_heading": int(made.has_heading.sum()),
+            "reality": args.reality,
+            "known": known,
+            "designs": [{k: plain(value) for k, value in row.items()} for row in designs.records()],
+            "points": points.records(),
+            "physics": made.physics.to_dict(),
+        }
+        print(json.dumps(found, indent=2, allow_nan=False))
+        return 0
+    print(f"{points.text()}\n\nat the best point:\n{designs.text()}")
+    if args.out is not None:
+        print(f"\nwrote {args.out}")
+    return 0
+
+
+def _import_figures() -> None:
+    try:
+        from softvox_view.figures import style  # noqa: F401, before all that imports matplotlib
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing("--out", error)) from error
+
+
+def _take_known(args: Namespace) -> dict[str, Any]:
+    """Put what is known of the reality where no option says something else, and return it."""
+    if args.reality is None:
+        return {}
+    with bad_input("--reality:"):
+        known = known_of(reality(args.reality))
+    for name, value in known.items():
+        if vars(args)[name] is None:
+            setattr(args, name, value)
+    return {name: vars(args)[name] for name in known}
+
+
+def _tracks(args: Namespace) -> tuple[RealTrack, ...]:
+    if args.reality is None:
+        with bad_input("--tracks"):
+            return read_tracks(args.tracks, most_cycles=MOST_CYCLES)
+    with bad_input("--designs:"):
+        numbers = [written(text.strip(), Lattice()).index for text in args.designs.split(",")]
+        return tracks_of(reality(args.reality), list(dict.fromkeys(numbers)))
+
+
+def points_of(made: Calibration) -> Section:
+    """Return the points, best first."""
+    records = [made.point(i) for i in made.order]
+    spec = {"headings": "d", "share": ".0%", "diverged": "d"} | dict.fromkeys(made.parameters, "g")
+    title = {
+        "friction_static": "static",
+        "friction_kinetic": "kinetic",
+        "shear_ratio": "T*",
+        "heading_error_mean": "heading error",
+        "heading_error_rms": "RMS",
+        "distance_error_mean": "distance error",
+        "distance_error_rms": "RMS",
+        "end_error_rms": "end error RMS",
+    }
+    lost = int(made.diverged.any(axis=1).sum())
+    return Section(
+        columns=[
+            Column(key, title.get(key, key), spec.get(key, ".1f" if "heading" in key else ".2f"))
+            for key in records[0]
+        ],
+        rows=[tuple(record.values()) for record in records],
+        screen=SHOWN,
+        facts={
+            "points": len(made),
+            "n": len(made.designs),
+            "headed": int(made.has_heading.sum()),
+            "lost": lost,
+        },
+        sentence="{points} points, the best of them shown; {n} designs, {headed} of them with a "
+        "heading in reality; {lost} points where designs diverge. Errors in degrees and voxel "
+        "widths.",
+    )
+
+
+def designs_of(made: Calibration) -> Section:
+    """Return the designs, in reality and at the best point."""
+    best = made.best
+    rows = []
+    for i, number in enumerate(made.designs.tolist()):
+        real, model = made.real[i], made.end[best, i]
+        rows.append(
+            (
+                number,
+                Design(number).digits,
+                int(made.trials[i]),
+                float(made.spread[i]),
+                float(made.cycles[i]),
+                plain(heading(real)),
+                plain(heading(model)),
+                bool(made.matched[best, i]),
+                math.hypot(*real),
+                math.hypot(*model),
+                float(made.end_error[best, i]),
+                bool(made.diverged[best, i]),
+            )
+        )
+    columns = (
+        Column("design", "design"),
+        Column("digits"),
+        Column("trials", "trials"),
+        Column("spread", "spread", ".2f"),
+        Column("cycles", "cycles", ".4g"),
+        Column("heading_real", "heading", ".0f"),
+        Column("heading", "model's", ".0f"),
+        Column("matched", "matched"),
+        Column("distance_real", "distance", ".2f"),
+        Column("distance", "model's", ".2f"),
+        Column("end_error", "end error", ".2f"),
+        Column("diverged"),
+    )
+    return Section(columns=columns, rows=rows)
+
+
+def _write(
+    args: Namespace,
+    made: Calibration,
+    tracks: tuple[RealTrack, ...],
+    tables: dict[str, Section],
+) -> None:
+    from softvox_view.figures import files_of
+    from softvox_view.figures.calibration import draw_calibration
+    from softvox_view.figures.style import FORMATS
+
+    with bad_input("--out:"):
+        files = files_of(draw_calibration(made, tracks), list(FORMATS))
+    text = {name: section.csv() for name, section in tables.items()}
+    with bad_input("--out"):
+        write_folder(args.out, {**files, **text}, force=args.force)
