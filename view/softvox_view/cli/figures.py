@@ -43,10 +43,10 @@ Draw the figures of the paper, and some that it lacks, into a folder:
 All of them where none is named; search and transfer only where --results is
 given, a folder of theirs.
 
---reality chooses the worlds that the simulator is held against, for every
-figure gap: of gap and gap_headings all named ones else, and for tracks and map
-area_friction, where most of the best robots turn round. "softvox reality
---list" names them.
+--reality chooses the worlds that the simulator is held against in the figures
+whose names begin with gap; softvox reality --list names them. Otherwise gap and
+gap_headings show all that have a name, and gap_tracks and gap_map area_friction,
+where most of the best robots turn round.
 
 --tracks lays real robots' tracks over the simulated ones and compares them:
 angle between the displacements, end-point error, RMS. The file is CSV with
@@ -174,7 +174,9 @@ def _drawable(names: list[str], results: Mapping[str, Results]) -> list[str]:
         return [name for name in FIGURES if name not in OF_RESULTS or name in given]
     for figure, one in given.items():
         if figure not in names:
-            raise BadInputError(f"--results {one.folder} is for the figure {figure}; name that")
+            raise BadInputError(
+                f"--results {one.folder} is for the figure {figure}; name that as well"
+            )
     for name, kind in zip(OF_RESULTS, ("searchers", "transfer methods"), strict=True):
         if name in names and name not in given:
             raise BadInputError(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from softvox_gym.landscapes import gap, landscape
 from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
 from softvox_gym.landscapes.table import Table
-from softvox_gym.real_tracks import between, heading
+from softvox_gym.real_tracks import LITTLE, between, heading
 from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Result, simulate
 from softvox_view.figures import Drawing, Inputs, maps, style, tracks
@@ -36,6 +36,9 @@ _TURNED: dict[str, Any] = {"color": "#EDEDED", "lw": 0}
 
 #: Degrees from the middle of the panels of headings to their sides; samples of a track per cycle.
 SIDE, PER_CYCLE = 190, 50
+
+#: Inches that an entry of a legend takes.
+ENTRY = 1.75
 
 _DOT: dict[str, Any] = {"ls": "none", "marker": "o", "mew": 0}
 _LOOKS: list[dict[str, Any]] = [{"color": SIMULATED, "lw": 1.2}, {"color": REAL, "lw": 1.2}]
@@ -66,7 +69,7 @@ class Worlds:
     @cached_property
     def has_heading(self) -> NDArray[np.bool_]:
         """Which designs travel far enough in both, shape (6561,)."""
-        return np.asarray((self.worth > gap.LEAST_TRAVEL).all(axis=0))
+        return np.asarray((self.worth > LITTLE).all(axis=0))
 
     @cached_property
     def headings(self) -> Array:
@@ -91,9 +94,9 @@ def draw_gap(inputs: Inputs) -> Figure:
     for axis, one in zip(axes, shown, strict=True):
         axis.axline((0, 0), slope=1, **_ALIKE)
         _dots(axis, one.worth, one)
-        ends = np.maximum(one.worth.max(axis=1), gap.LEAST_TRAVEL)
+        ends = np.maximum(one.worth.max(axis=1), LITTLE)
         axis.set(xlim=(-0.04 * ends[0], 1.06 * ends[0]), ylim=(-0.04 * ends[1], 1.06 * ends[1]))
-        axis.locator_params(nbins=4)
+        axis.locator_params(nbins=5, steps=(1, 2, 5, 10))
         _titles(axis, one, f"\N{GREEK SMALL LETTER TAU} = {kendall_tau(*one.worth):.2f}")
     made.supxlabel("fitness in the simulator, voxel widths")
     made.supylabel("fitness in reality, voxel widths")
@@ -110,6 +113,7 @@ def draw_gap_headings(inputs: Inputs) -> Figure:
         for off in (-180, 180):
             axis.fill_between(ends, ends + off - 90, ends + off + 90, **_TURNED)
         axis.plot(ends, ends, **_ALIKE)
+        axis.set_box_aspect(1)
         _dots(axis, np.where(one.has_heading, one.headings, np.nan), one)
         _titles(axis, one, f"{one.turned:.0%} turned")
     ticks = np.arange(-180, 181, 90)
@@ -155,7 +159,8 @@ def _legend(made: Figure, name: str, *more: Any) -> None:
         style.line("the same in both", **_ALIKE),
         *more,
     ]
-    made.legend(handles=handles, loc="outside upper center", ncols=len(handles))
+    columns = min(len(handles), int(made.get_figwidth() // ENTRY))
+    made.legend(handles=handles, loc="outside upper center", ncols=columns)
 
 
 def _tracks(one: Reality) -> Figure:
@@ -223,13 +228,12 @@ def _map(one: Worlds) -> Figure:
     count = one.has_heading.sum()
     axis.set_title(f"{one.reality.name}: {one.turned:.0%} of {count} designs turned", loc="left")
     bar = made.colorbar(image, ax=axis, pad=0.02)
-    bar.set_label("cosine between the headings in both worlds")
+    still = f"white: less than {LITTLE:g} voxel widths in either"
+    bar.set_label(f"cosine between the headings in both worlds; {still}")
     first, other = one.worth.argmax(axis=1)
-    handles: list[Any] = [
+    handles = [
         maps.outline(axis, first, marker="o", ms=5, label=f"{first}, best in the simulator"),
         maps.outline(axis, other, marker="s", ms=7, label=f"{other}, best in {one.reality.name}"),
     ]
-    still = f"less than {gap.LEAST_TRAVEL:g} voxel widths in either"
-    handles.append(Patch(fc="white", ec=style.INK, lw=0.4, label=still))
     made.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return made
