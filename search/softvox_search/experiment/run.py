@@ -24,8 +24,8 @@ from softvox_search.run import run as search
 
 #: Libraries that draw for searchers, or compute for them; a version may change the bits.
 LIBRARIES = (
-    *("botorch", "cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "sbi"),
-    *("scikit-learn", "scipy", "torch"),
+    *("botorch", "cmaes", "deap", "gpytorch", "gymnasium", "nevergrad", "numpy", "optuna"),
+    *("ribs", "sbi", "scikit-learn", "scipy", "torch"),
 )
 
 

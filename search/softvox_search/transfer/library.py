@@ -35,6 +35,9 @@ CLASSES: Mapping[str, frozenset[str]] = {
 #: Numbers that say where in the prior a physics is.
 SHARES = 8
 
+#: How many of them, from the first on, matter in a class.
+SHARES_OF: Mapping[str, int] = {"coulomb": 2, "coulomb_area": 4, "all": SHARES}
+
 
 @dataclass(frozen=True, eq=False)
 class Library:

@@ -168,3 +168,13 @@ def design_of(design: Any, said: str) -> int:
         return Design(design, shape=LATTICE).index
     except (TypeError, ValueError) as error:
         raise SearcherError(f"{said} what is no design of {LATTICE}: {error}") from error
+
+
+def half_best(values: Array, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Return the numbers of n designs: half those of the largest values, half drawn of the others.
+
+    At most as many as there are; of equal values, as `first_best` has it, the first.
+    """
+    order = np.argsort(-np.round(values, 9), kind="stable")
+    n = min(n, len(order))
+    return np.concatenate([order[: n // 2], rng.permutation(order[n // 2 :])[: n - n // 2]])

@@ -73,7 +73,7 @@ def matern(distance: Array, length: float) -> Array:
 def hamming(design: int) -> Array:
     """Return the root of the share of sites in which designs differ from one, shape (6561,).
 
-    The root, as it is a distance between points (`_points`): a Matern kernel over the share itself
+    The root, as it is a distance between points (`points`): a Matern kernel over the share itself
     has negative eigenvalues.
     """
     digits = _digits()
@@ -267,14 +267,14 @@ class GpUcb(Method):
         values = np.array([test.reward for test in self.tests]) / self._unit
         with warnings.catch_warnings():  # a parameter at its bound is no news
             warnings.simplefilter("ignore")
-            regressor.fit(_points()[[test.design for test in self.tests]], values)
+            regressor.fit(points()[[test.design for test in self.tests]], values)
         found = regressor.kernel_
         self._variance, self._noise = found.k1.k1.constant_value, found.k2.noise_level
         self._length = found.k1.k2.length_scale
 
 
 @lru_cache(maxsize=1)
-def _points() -> Array:
+def points() -> Array:
     """Return designs as points; the distance squared is the share of sites that differ."""
     one_hot = _digits()[:, :, np.newaxis] == np.arange(3)
     return np.asarray(one_hot.reshape(N_DESIGNS, -1) / sqrt(2 * LATTICE.sites))

@@ -13,7 +13,7 @@ from softvox_gym import Task
 from softvox_gym.noise import not_negative
 from softvox_gym.simulation import check_count
 from softvox_search.transfer.library import CLASSES, SHARES, check_class, physics_at
-from softvox_search.transfer.protocol import Method, Test, after_tests
+from softvox_search.transfer.protocol import Method, Test, after_tests, half_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -51,10 +51,7 @@ class Identification(Method):
         self.varied = CLASSES[check_class(models)]
         self._class, self._fit_at = models, after_tests("fit_at", fit_at)
         moved = simulator.landscape()
-        order = np.argsort(-np.round(task.reward(moved), 9), kind="stable")
-        half = candidates // 2
-        drawn = rng.permutation(order[half:])[: candidates - half]
-        self._candidates = np.concatenate([order[:half], drawn])
+        self._candidates = half_best(task.reward(moved), candidates, rng)
         self._expected = moved[self._candidates]
 
     def fit(self) -> Array:
