@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,10 +12,10 @@ from numpy.typing import NDArray
 
 from softvox_gym.landscapes import gap, landscape
 from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
-from softvox_gym.landscapes.table import Table
 from softvox_gym.real_tracks import LITTLE, between, heading
 from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Result, simulate
+from softvox_search.report.style import COLOURS, grid
 from softvox_view.figures import Drawing, Inputs, maps, style, tracks
 from softvox_view.figures.robots import best_of_bodies
 
@@ -27,8 +25,8 @@ Array = NDArray[np.float64]
 CHOSEN = "area_friction"
 
 #: Of the simulator and of a reality, of all designs and of the simulator's best hundred.
-SIMULATED, REAL = style.COLOURS[0], style.COLOURS[4]
-ALL, BEST = style.COLOURS[3], style.COLOURS[4]
+SIMULATED, REAL = COLOURS[0], COLOURS[4]
+ALL, BEST = COLOURS[3], COLOURS[4]
 
 #: What lies where both worlds are alike; beyond it a heading has turned.
 _ALIKE: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 2.5}
@@ -45,52 +43,26 @@ _LOOKS: list[dict[str, Any]] = [{"color": SIMULATED, "lw": 1.2}, {"color": REAL,
 _END: dict[str, Any] = {"mec": style.INK, "mew": 0.7, "ms": 3.6, "ls": "none", "zorder": 4}
 
 
-@dataclass(frozen=True)
 class Worlds:
     """A reality and its simulator, design by design."""
 
-    reality: Reality
-
-    @cached_property
-    def tables(self) -> tuple[Table, Table]:
-        """The landscapes of the simulator and of the reality."""
-        return landscape(self.reality.nominal), self.reality.landscape()
-
-    @cached_property
-    def worth(self) -> Array:
-        """Fitness in either, voxel widths, shape (2, 6561)."""
-        return np.stack([gap.value(table) for table in self.tables])
-
-    @cached_property
-    def best(self) -> NDArray[np.int64]:
-        """The simulator's best hundred, best first."""
-        return np.asarray(ranked(self.worth[0])[:TOP])
-
-    @cached_property
-    def has_heading(self) -> NDArray[np.bool_]:
-        """Which designs travel far enough in both, shape (6561,)."""
-        return np.asarray((self.worth > LITTLE).all(axis=0))
-
-    @cached_property
-    def headings(self) -> Array:
-        """Of the displacement in either, degrees from +x towards +y, shape (2, 6561)."""
-        return np.stack([np.degrees(np.arctan2(table["dy"], table["dx"])) for table in self.tables])
-
-    @cached_property
-    def turned(self) -> float:
-        """The share of the designs that have a heading in both whose heading turns round."""
-        return gap.share(gap.turned(*self.tables), self.has_heading)
-
-    def cosine(self) -> Array:
-        """Return that between both headings, shape (6561,); NaN where a design has none."""
-        cosine = np.cos(np.radians(self.headings[1] - self.headings[0]))
-        return np.where(self.has_heading, cosine, np.nan)
+    def __init__(self, reality: Reality) -> None:
+        tables = landscape(reality.nominal), reality.landscape()
+        self.reality = reality
+        #: Fitness in either, voxel widths, and headings, degrees from +x towards +y, (2, 6561).
+        self.worth = np.stack([gap.value(table) for table in tables])
+        self.headings = np.degrees([np.arctan2(table["dy"], table["dx"]) for table in tables])
+        #: Which designs travel far enough in both; of these, the share whose heading turns round.
+        self.has_heading = np.all(self.worth > LITTLE, axis=0)
+        self.turned = gap.share(gap.turned(*tables), self.has_heading)
+        #: The simulator's best hundred, best first.
+        self.best = ranked(self.worth[0])[:TOP]
 
 
 def draw_gap(inputs: Inputs) -> Figure:
     """Draw the fitness of every design in reality against that in its simulator."""
     shown = _all(inputs)
-    made, axes = style.grid(len(shown), height=1.2, is_shared=False)
+    made, axes = grid(len(shown), height=1.2, is_shared=False)
     for axis, one in zip(axes, shown, strict=True):
         axis.axline((0, 0), slope=1, **_ALIKE)
         _dots(axis, one.worth, one)
@@ -107,7 +79,7 @@ def draw_gap(inputs: Inputs) -> Figure:
 def draw_gap_headings(inputs: Inputs) -> Figure:
     """Draw the heading in reality against that in its simulator, of designs that have both."""
     shown = _all(inputs)
-    made, axes = style.grid(len(shown), height=1.4)
+    made, axes = grid(len(shown), height=1.4)
     ends = np.array([-SIDE, SIDE])
     for axis, one in zip(axes, shown, strict=True):
         for off in (-180, 180):
@@ -224,7 +196,9 @@ def _map(one: Worlds) -> Figure:
     made = style.figure(0.8 * style.WIDTH, 0.74 * style.WIDTH)
     axis = made.subplots()
     colours = style.on_white(style.SEQUENTIAL)
-    image = maps.show(axis, one.cosine(), lines=style.PALE, cmap=colours, vmin=-1, vmax=1)
+    cosine = np.cos(np.radians(one.headings[1] - one.headings[0]))
+    cosine[~one.has_heading] = np.nan
+    image = maps.show(axis, cosine, lines=style.PALE, cmap=colours, vmin=-1, vmax=1)
     count = one.has_heading.sum()
     axis.set_title(f"{one.reality.name}: {one.turned:.0%} of {count} designs turned", loc="left")
     bar = made.colorbar(image, ax=axis, pad=0.02)

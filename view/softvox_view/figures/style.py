@@ -6,35 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from softvox_search.report.style import (
-    COLOURS,
-    FORMATS,
-    INK,
-    PRINT,
-    encoded,
-    figure,
-    grid,
-    lay_out,
-    line,
-)
+from softvox_search.report.style import FORMATS, INK, PRINT, encoded, figure, lay_out, line
 from softvox_search.report.style import style as project_style
 
 # The style is the door to matplotlib, which it imports whatever MPLBACKEND names.
 from matplotlib import colormaps  # isort: skip
 from matplotlib.colors import ListedColormap  # isort: skip
 
-__all__ = [
-    "COLOURS",
-    "FORMATS",
-    "INK",
-    "encoded",
-    "figure",
-    "grid",
-    "lay_out",
-    "line",
-    "on_white",
-    "style",
-]
+__all__ = ["FORMATS", "INK", "encoded", "figure", "lay_out", "line", "on_white", "style"]
 
 #: Inches: the text width of a two-column paper. Pixels per inch.
 WIDTH, DPI = PRINT.widest, PRINT.dpi
