@@ -240,7 +240,7 @@ def compare(real: RealTrack, simulated: Array, per_cycle: int) -> Compared:
         end,
         simulated_heading,
         real_heading,
-        abs((real_heading - simulated_heading + 180) % 360 - 180),
+        between(simulated_heading, real_heading),
         float(np.hypot(*ours[-1])),
         float(np.hypot(*theirs[-1])),
         float(np.hypot(*apart[-1])),
@@ -257,6 +257,11 @@ def heading(displacement: Array) -> float:
     """Return where a displacement points, degrees from +x towards +y; NaN below `LITTLE`."""
     x, y = displacement
     return math.degrees(math.atan2(y, x)) if math.hypot(x, y) >= LITTLE else math.nan
+
+
+def between(first: float, second: float) -> float:
+    """Return the angle between two headings, degrees, 0 to 180; NaN where either is."""
+    return abs((second - first + 180) % 360 - 180)
 
 
 def as_csv(rows: Iterable[Compared]) -> bytes:

@@ -25,6 +25,7 @@ class Results:
     logs: dict
     budgets: dict
     problems: list
+    is_of_transfer: bool = False
 
     def evaluations(self, run):
         return self.logs[run]

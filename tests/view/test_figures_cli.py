@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from cli_process import softvox
@@ -7,7 +8,9 @@ from cli_process import softvox
 from softvox_gym.cli.parser import Parser
 from softvox_gym.cli.terminal import BadInputError
 from softvox_view.cli import figures as command
-from softvox_view.figures import FIGURES, Drawing, style
+from softvox_view.figures import FIGURES, OF_RESULTS, Drawing, style
+
+OWN = [name for name in FIGURES if name not in OF_RESULTS]
 
 
 def softvox_figures(*arguments):
@@ -33,7 +36,7 @@ def test_all_figures_are_drawn_where_none_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "make", lambda name, _: Drawing({}, tables={name: b"drawn"}))
     assert softvox_figures("--out", tmp_path / "out") == 0
     drawn = {path.name for path in (tmp_path / "out").iterdir()}
-    assert drawn == {name for name in FIGURES if name != "search"}
+    assert drawn == set(OWN)
 
 
 def test_real_tracks_are_compared_on_the_terminal_and_in_a_table(tmp_path, capsys):
@@ -81,10 +84,16 @@ def test_earlier_figures_stay_unless_forced(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["heatmaps"], "no figure 'heatmaps'; there are gallery, tessellation, .*, search"),
-        (["search"], "give --results DIR"),
+        (["heatmaps"], "no figure 'heatmaps'; there are gallery, tessellation, .*, transfer"),
+        (["search"], "results of searchers; give --results DIR"),
+        (["transfer"], "results of transfer methods; give --results DIR"),
         (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
-        (["heatmap", "--results", "results"], "--results is for the figure search; name that"),
+        (
+            ["heatmap", "--results", "results"],
+            "--results is for one of search, transfer; name that",
+        ),
+        (["heatmap", "--reality", "soft"], "--reality is for one of gap, .*; name that as well"),
+        (["gap", "--reality", "sofft"], "--reality no reality 'sofft'; did you mean soft"),
         (["--tracks", "nothing.csv"], r"--tracks nothing\.csv can't be read"),
         (["--results", "nothing"], "--results nothing: results are not there; softvox compare"),
     ],
@@ -94,6 +103,39 @@ def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, ar
     with pytest.raises(BadInputError, match=message):
         softvox_figures(*arguments)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_realities_are_chosen_once_each(tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(command, "make", lambda _, inputs: given.append(inputs) or Drawing({}))
+    chosen = ["--reality", "lag", "--reality", "public-0", "--reality", "lag"]
+    assert softvox_figures("gap", *chosen, "--out", tmp_path / "out") == 0
+    assert [one.name for one in given[0].realities] == ["lag", "public-0"]
+
+
+@pytest.mark.parametrize(
+    ("names", "kinds", "drawn"),
+    [
+        ([], {"a": False}, [*OWN, "search"]),
+        ([], {"b": True}, [*OWN, "transfer"]),
+        ([], {"a": False, "b": True}, list(FIGURES)),
+        (["transfer"], {"b": True}, ["transfer"]),
+        (["transfer"], {"a": False}, "--results a is for the figure search; name that as well"),
+        (["search"], {"b": True}, "--results b is for the figure transfer; name that as well"),
+        (["search", "transfer"], {"a": False}, "the figure transfer is made from results of tra"),
+    ],
+)
+def test_results_are_for_the_figure_of_their_kind(tmp_path, monkeypatch, names, kinds, drawn):
+    found = {name: SimpleNamespace(folder=name, is_of_transfer=of) for name, of in kinds.items()}
+    monkeypatch.setattr(command, "read_results", lambda folders, of_transfer: found)
+    monkeypatch.setattr(command, "make", lambda name, _: Drawing({}, tables={name: b"drawn"}))
+    arguments = (*names, "--results", "any", "--out", tmp_path / "out")
+    if isinstance(drawn, str):
+        with pytest.raises(BadInputError, match=drawn):
+            softvox_figures(*arguments)
+        return
+    assert softvox_figures(*arguments) == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == set(drawn)
 
 
 def test_an_unknown_format_is_refused_with_those_there_are(capsys):

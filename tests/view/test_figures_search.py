@@ -15,7 +15,7 @@ from softvox_search.report.style import PRINT
 from softvox_search.report.style import style as project_style
 from softvox_view.figures import Inputs, files_of, make, style
 
-NAMES = ("title", "command", "runs", "budgets", "problems", "evaluations")
+NAMES = ("title", "command", "runs", "budgets", "problems", "evaluations", "is_of_transfer")
 
 
 def in_a_folder(folder, made):

@@ -121,6 +121,11 @@ class Results:
         return {name: table[name].to_numpy() for name in table.column_names}
 
     @property
+    def is_of_transfer(self) -> bool:
+        """Whether they are of transfer methods, not of searchers."""
+        return "methods" in self.experiment
+
+    @property
     def repair(self) -> str:
         """What to type to make what is missing of them."""
         return f"{self.command} --out {self.folder}"

@@ -31,7 +31,7 @@ def write(folder: Path, results: Results) -> list[str]:
     making: Any
     drawing: Any
     showing: Any
-    if "methods" in results.experiment:
+    if results.is_of_transfer:
         from softvox_search.report import transfer, transfer_figures
 
         making, drawing, showing = transfer, transfer_figures, transfer

@@ -136,23 +136,23 @@ def figure(
     return made
 
 
-def grid(panels: int, *, height: float = 1.0) -> tuple[Figure, list[Axes]]:
-    """Return a figure of so many panels with shared axes, and the panels in reading order.
+def grid(panels: int, *, height: float = 1.0, is_shared: bool = True) -> tuple[Figure, list[Axes]]:
+    """Return a figure of so many panels, and these in reading order.
 
-    Their height is relative to the look's.
+    Their height is relative to the look's; their axes are shared, or each has its own.
     """
     look = _look.get()
     columns = panels if panels < 5 else min(look.columns, key=lambda wide: -panels % wide)
     rows = -(-panels // columns)
     width, high = look.panel
     made = figure(width * max(columns, 2), height * high * rows + scaled(1.0))
-    axes = made.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    axes = made.subplots(rows, columns, sharex=is_shared, sharey=is_shared, squeeze=False)
     flat = list(axes.flat)
     for empty in flat[panels:]:
         empty.remove()
     for i, axis in enumerate(flat[:panels]):
         # A panel with nothing below it carries the ticks that the last row would have carried.
-        axis.tick_params(labelbottom=i + columns >= panels)
+        axis.tick_params(labelbottom=not is_shared or i + columns >= panels)
     return made, flat[:panels]
 
 

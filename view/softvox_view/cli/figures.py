@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,23 @@ from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
+from softvox_gym.realities import reality
 from softvox_view.cli.options import add_results, read_results
-from softvox_view.figures import FIGURES, Inputs, files_of, make
+from softvox_view.figures import (
+    FIGURES,
+    OF_REALITIES,
+    OF_RESULTS,
+    Inputs,
+    figure_of,
+    files_of,
+    make,
+)
 
 if TYPE_CHECKING:
     from softvox_gym.real_tracks import RealTrack
+    from softvox_search.experiment.results import Results
 
-#: What the figure search needs.
+#: What the figures made of results need.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
 
 #: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
@@ -29,7 +40,13 @@ _NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
 DESCRIPTION = f"""\
 Draw the figures of the paper, and some that it lacks, into a folder:
 {_NAMES}
-All of them where none is named; search only where --results is given.
+All of them where none is named; search and transfer only where --results is
+given, a folder of theirs.
+
+--reality chooses the worlds that the simulator is held against in the figures
+whose names begin with gap; softvox reality --list names them. Otherwise gap and
+gap_headings show all that have a name, and gap_tracks and gap_map area_friction,
+where most of the best robots turn round.
 
 --tracks lays real robots' tracks over the simulated ones and compares them:
 angle between the displacements, end-point error, RMS. The file is CSV with
@@ -71,7 +88,14 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="tracks of real robots, for tracks; may be given several times",
     )
-    add_results(parser, "for search")
+    add_results(parser, "for search or transfer")
+    parser.add_argument(
+        "--reality",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a reality, for the figures gap; may be given several times",
+    )
     parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
@@ -81,12 +105,16 @@ def run(args: Namespace) -> int:
     """Check everything, draw, write all files at once, then say so."""
     formats = list(dict.fromkeys(args.format))
     names = _names(args)
+    with bad_input("--reality"):
+        chosen = tuple(reality(name) for name in dict.fromkeys(args.reality))
     try:
         for module in ("style", "search") if args.results else ("style",):
             import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
-    inputs = Inputs(tracks=_tracks(args.tracks), results=read_results(args.results))
+    results = read_results(args.results, of_transfer=None)
+    names = _drawable(names, results)
+    inputs = Inputs(_tracks(args.tracks), results, chosen)
     with bad_input("--out"):
         expected = [f"{name}.{form}" for name in names for form in formats]
         check_folder(args.out, expected, force=args.force)
@@ -124,20 +152,35 @@ def _tracks(files: list[Path]) -> tuple[RealTrack, ...]:
 
 
 def _names(args: Namespace) -> list[str]:
-    """Return the figures to draw, and make sure that each is given what it is made of."""
-    given = {"search": bool(args.results), "tracks": bool(args.tracks)}
-    names = list(dict.fromkeys(args.names)) or [
-        name for name in FIGURES if name != "search" or given[name]
-    ]
+    """Return the figures that are named, and make sure that options are for some of them."""
+    names = list(dict.fromkeys(args.names))
     for name in names:
         if name not in FIGURES:
             raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
-    if "search" in names and not given["search"]:
-        raise BadInputError(
-            "the figure search is made from results; give --results DIR, a folder that "
-            "softvox compare has written"
-        )
-    for name, option in (("search", "--results"), ("tracks", "--tracks")):
-        if given[name] and name not in names:
-            raise BadInputError(f"{option} is for the figure {name}; name that as well")
+    uses = {"results": OF_RESULTS, "tracks": ("tracks",), "reality": OF_REALITIES}
+    for option, figures in uses.items():
+        if names and getattr(args, option) and not {*names} & {*figures}:
+            which = (
+                f"one of {', '.join(figures)}" if len(figures) > 1 else f"the figure {figures[0]}"
+            )
+            raise BadInputError(f"--{option} is for {which}; name that as well")
+    return names
+
+
+def _drawable(names: list[str], results: Mapping[str, Results]) -> list[str]:
+    """Return the figures to draw, all where none is named, and make sure that there are results."""
+    given = {figure_of(one): one for one in results.values()}
+    if not names:
+        return [name for name in FIGURES if name not in OF_RESULTS or name in given]
+    for figure, one in given.items():
+        if figure not in names:
+            raise BadInputError(
+                f"--results {one.folder} is for the figure {figure}; name that as well"
+            )
+    for name, kind in zip(OF_RESULTS, ("searchers", "transfer methods"), strict=True):
+        if name in names and name not in given:
+            raise BadInputError(
+                f"the figure {name} is made from results of {kind}; give --results DIR, a folder "
+                "that softvox compare has written"
+            )
     return names

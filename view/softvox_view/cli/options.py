@@ -29,8 +29,10 @@ def add_results(parser: ArgumentParser, what_for: str) -> None:
     )
 
 
-def read_results(folders: Sequence[Path]) -> dict[str, Results]:
-    """Read folders of results, by what they are called.
+def read_results(
+    folders: Sequence[Path], *, of_transfer: bool | None = False
+) -> dict[str, Results]:
+    """Read folders of results, by what they are called: of searchers, or as `read` says.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def read_results(folders: Sequence[Path]) -> dict[str, Results]:
                 "rename one, or take them one after the other"
             )
         try:
-            named[name] = read(folder)
+            named[name] = read(folder, of_transfer=of_transfer)
         except ResultsError as error:
             raise BadInputError(f"--results {error}") from error
     return named

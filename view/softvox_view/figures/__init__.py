@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from softvox_gym.real_tracks import RealTrack
+    from softvox_gym.realities import Reality
     from softvox_search.experiment.results import Results
 
 #: Every figure and what it shows.
@@ -26,13 +27,24 @@ FIGURES = {
     "robustness": "maps of the mean fitness at noise level 1, and of the share kept",
     "tracks": "the best of nine bodies over 23 cycles, real tracks laid over (Fig. 7')",
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
+    "gap": "fitness in every reality against that in its simulator, one panel each",
+    "gap_headings": "headings in every reality against those in its simulator",
+    "gap_tracks": "the best of nine bodies in both worlds, with the angle between",
+    "gap_map": "a map of the designs that turn in a reality",
     "search": "searchers compared, from folders of results of softvox compare",
+    "transfer": "transfer methods compared, from folders of results of softvox compare",
 }
+
+#: What is made of results, and of realities.
+OF_RESULTS = ("search", "transfer")
+OF_REALITIES = ("gap", "gap_headings", "gap_tracks", "gap_map")
 
 #: The module here with a figure's function `draw_NAME`, where it is not called as the figure is.
 MODULES = {
     **dict.fromkeys(("heatmap", "classes", "heading", "robustness"), "maps"),
     **dict.fromkeys(("gallery", "volume"), "robots"),
+    **dict.fromkeys(OF_REALITIES, "gap"),
+    **dict.fromkeys(OF_RESULTS, "search"),
 }
 
 
@@ -40,11 +52,14 @@ MODULES = {
 class Inputs:
     """What figures may be made of besides the data that ship with the package.
 
-    Tracks of real robots are for the figure tracks, results by name for the figure search.
+    Tracks of real robots are for the figure tracks, results by name, each of searchers or of
+    transfer methods, for `OF_RESULTS`. Realities are for `OF_REALITIES`; where there are none, all
+    that have a name have a panel, and of area_friction there are tracks and a map.
     """
 
     tracks: tuple[RealTrack, ...] = ()
     results: Mapping[str, Results] = field(default_factory=dict)
+    realities: tuple[Reality, ...] = ()
 
 
 @dataclass
@@ -54,6 +69,11 @@ class Drawing:
     figures: dict[str, Figure]
     tables: dict[str, bytes] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
+
+
+def figure_of(results: Results) -> str:
+    """Return which of `OF_RESULTS` is made of some results."""
+    return "transfer" if results.is_of_transfer else "search"
 
 
 def make(name: str, inputs: Inputs | None = None) -> Drawing:

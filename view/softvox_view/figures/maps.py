@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -76,10 +77,8 @@ def mark(
     ring: float = 6.0,
 ) -> None:
     """Put a ring around a design and a word at an offset, points, readable on any colour."""
+    outline(axis, design, marker="o", ms=ring)
     row, column = (int(place) for place in cell_of(design))
-    white = [patheffects.withStroke(linewidth=2.2, foreground="white")]
-    looks: dict[str, Any] = {"mfc": "none", "mec": style.INK, "mew": 0.9, "path_effects": white}
-    axis.plot(column, row, "o", ms=ring, clip_on=False, zorder=5, **looks)
     axis.annotate(
         text,
         (column, row),
@@ -92,6 +91,15 @@ def mark(
         va="bottom" if offset[1] >= 0 else "top",
         zorder=5,
     )
+
+
+def outline(axis: Axes, design: int, **options: Any) -> Line2D:
+    """Put an empty marker around a design, which stands out from any colour; see `Axes.plot`."""
+    row, column = (int(place) for place in cell_of(design))
+    white = [patheffects.withStroke(linewidth=2.2, foreground="white")]
+    looks: dict[str, Any] = {"mfc": "none", "mec": style.INK, "mew": 0.9, "path_effects": white}
+    options = {"ls": "none", "clip_on": False, "zorder": 5, **looks, **options}
+    return axis.plot(column, row, **options)[0]
 
 
 def draw_heatmap(_: Inputs) -> Figure:

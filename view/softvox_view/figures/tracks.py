@@ -92,7 +92,7 @@ class Panel:
 
     def shares(self, points: Any, half: float) -> Array:
         """Return points as shares of the panel's sides."""
-        return np.asarray((points - _middle(self.points)) / (2 * half) + 0.5)
+        return np.asarray((points - middle(self.points)) / (2 * half) + 0.5)
 
 
 def draw_tracks(inputs: Inputs) -> Drawing:
@@ -138,7 +138,7 @@ def draw_pages(
         )
         for letter, design in zip(NAMES, designs, strict=False)
     ]
-    half = max(map(_half, simulated.values()))
+    half = max(map(half_side, simulated.values()))
     return {
         f"{name}_{1 + first // PER_PAGE}" if first else name: draw_page(
             panels[first : first + PER_PAGE], half
@@ -147,13 +147,13 @@ def draw_pages(
     }
 
 
-def _middle(points: Array) -> Array:
-    middle: Array = (points.min(axis=0) + points.max(axis=0)) / 2
-    return middle
+def middle(points: Array) -> Array:
+    """Return the middle of the smallest box around points (n, 2)."""
+    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2)
 
 
-def _half(points: Array) -> float:
-    """Return half of a side, cm, in which some points (n, 2) have room."""
+def half_side(points: Array) -> float:
+    """Return half of a side in which some points (n, 2) have room."""
     return max((1 + MARGIN) * float(np.ptp(points, axis=0).max()) / 2, LEAST_HALF)
 
 
@@ -195,7 +195,7 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     cycles = max(panel.cycle[-1] for panel in panels)
     words = []
     for axis, panel in zip(axes, panels, strict=False):
-        own = max(half, _half(panel.points))
+        own = max(half, half_side(panel.points))
         line = _tracks(axis, panel, cycles)
         words.append(_frame(axis, panel, own, has_own_scale=own > half))
     made.supxlabel("x, cm")
@@ -250,7 +250,7 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
 
     These are the trials' names at the ends of their tracks, and that a scale is another.
     """
-    x, y = _middle(panel.points)
+    x, y = middle(panel.points)
     axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
     axis.grid(color="#E6E6E6", lw=0.5)
     axis.set_axisbelow(True)
@@ -265,24 +265,30 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
         tracks.append(track_at(times[times <= track.cycle[-1]], track.cycle, track.position))
     lines = panel.shares(np.concatenate(tracks), half)
 
-    # The robot's picture goes into the corner that the tracks keep clear of most.
-    corners = [np.array([x, y]) for y in (1 - INSET, 0) for x in (1 - INSET, 0)]
-    inside = [(lines >= c - 0.025) & (lines <= c + INSET + 0.025) for c in corners]
-    corner = corners[int(np.argmin([found.all(axis=1).sum() for found in inside]))]
-    inset = axis.inset_axes((*corner, INSET, INSET), zorder=1)
-    inset.imshow(picture(panel.design, PIXELS))
-    inset.set_axis_off()
-
+    picture_box = put_picture(axis, panel.design, lines)
     ends = [track.position[-1] for track in panel.real]
     places = panel.shares([np.zeros(2), panel.simulated[-1], *ends], half)
     words = [("own scale", np.zeros(2))] if has_own_scale else []
     words += zip((short(track.trial) for track in panel.real), places[2:], strict=True)
-    picture_box = [*corner, *(corner + INSET)]
     return {
         "words": words,
         "clear": np.vstack([picture_box, np.hstack([places - MARK, places + MARK])]),
         "lines": lines,
     }
+
+
+def put_picture(axis: Axes, design: Design, lines: Array) -> Array:
+    """Put a robot's picture into the corner that lines keep clear of most, and return its box.
+
+    Lines, points (m, 2), and the box, left, bottom, right and top, are shares of the panel's sides.
+    """
+    corners = [np.array([x, y]) for y in (1 - INSET, 0) for x in (1 - INSET, 0)]
+    inside = [(lines >= c - 0.025) & (lines <= c + INSET + 0.025) for c in corners]
+    corner = corners[int(np.argmin([found.all(axis=1).sum() for found in inside]))]
+    inset = axis.inset_axes((*corner, INSET, INSET), zorder=1)
+    inset.imshow(picture(design, PIXELS))
+    inset.set_axis_off()
+    return np.concatenate([corner, corner + INSET])
 
 
 def errors(compared: Sequence[Compared]) -> str:
