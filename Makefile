@@ -11,7 +11,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise realities sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise mechanisms realities sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -80,6 +80,9 @@ table: $(VENV)/installed
 
 noise: $(VENV)/installed
 	$(BIN)/python tools/noise.py
+
+mechanisms: $(VENV)/installed
+	$(BIN)/python tools/mechanisms.py
 
 realities: $(VENV)/installed
 	$(BIN)/python tools/realities.py

@@ -175,7 +175,7 @@ def test_groups():
         ({"method": []}, "did you mean methods"),
         ({"methods": []}, "methods must be"),
         ({"methods": [{"name": "random", "option": {}}]}, "did you mean options"),
-        ({"methods": [{"name": "random"}, {"name": "random"}]}, "random is there twice"),
+        ({"methods": [{"name": "random"}, {"name": "random"}]}, "random in soft is there twice"),
         ({"methods": [{"name": "ite", "options": {"kernel": []}}]}, "must not be empty"),
         ({"seeds": 1000000}, "at most 1000000 are taken"),
     ],

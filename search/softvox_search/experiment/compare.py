@@ -91,7 +91,7 @@ def compare(
     now = Manifest(
         experiment=experiment.to_dict(),
         command=command,
-        made_with=made_with(),
+        made_with=made_with(experiment.libraries),
         code=code_digest(experiment),
         failed=[],
         files={},

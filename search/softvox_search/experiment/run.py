@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from importlib import metadata
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 
 from softvox_gym.manifest import engine_probe
 from softvox_search.experiment.environments import Environments
-from softvox_search.experiment.schema import Run, sha256
+from softvox_search.experiment.schema import LIBRARIES, Run, sha256
 from softvox_search.experiment.transfer import TransferTask, cross
 from softvox_search.log import Columns, digest
 from softvox_search.log import identity as design_identity
@@ -22,26 +22,23 @@ from softvox_search.registry import make
 from softvox_search.run import believed
 from softvox_search.run import run as search
 
-#: Libraries that draw for searchers, or compute for them; a version may change the bits.
-LIBRARIES = (
-    *("botorch", "cmaes", "deap", "gpytorch", "gymnasium", "nevergrad", "numpy", "optuna"),
-    *("ribs", "sbi", "scikit-learn", "scipy", "torch"),
-)
 
-
-@lru_cache(maxsize=1)
-def made_with() -> dict[str, Any]:
+@lru_cache(maxsize=2)
+def made_with(libraries: tuple[str, ...] = LIBRARIES) -> dict[str, Any]:
     """Return what every run's result depends on besides the experiment, ready for JSON.
 
-    The versions of Python and of the libraries, None for one that is not installed; and a digest
+    The versions of Python and of some libraries, None for one that is not installed; and a digest
     of what the loaded engine makes of some designs.
     """
-    versions = {"python": ".".join(platform.python_version_tuple()[:2]), **dict(_versions())}
+    versions = {
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        **dict(_versions(libraries)),
+    }
     return {"versions": versions, "engine_probe": engine_probe()}
 
 
-def _versions() -> Iterator[tuple[str, str | None]]:
-    for library in LIBRARIES:
+def _versions(libraries: Iterable[str]) -> Iterator[tuple[str, str | None]]:
+    for library in libraries:
         try:
             yield library, metadata.version(library)
         except metadata.PackageNotFoundError:

@@ -29,6 +29,9 @@ NOISE = "JakobiNoise"
 #: Runs of an experiment.
 MOST_RUNS = 10**6
 
+#: Libraries that draw for searchers, or compute for them; a version may change the bits.
+LIBRARIES = ("cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "scipy")
+
 Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
 Level = Annotated[float, Meta(ge=0)]
 Name = Annotated[str, Meta(min_length=1)]
@@ -123,6 +126,8 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     wrappers: list[dict[str, Any]] = []
     policies: list[PolicyChoice] = []
     searchers: Annotated[list[Searcher], Meta(min_length=1)]
+
+    libraries: ClassVar[tuple[str, ...]] = LIBRARIES
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON; `of_dict` reads it back."""

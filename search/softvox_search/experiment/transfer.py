@@ -42,7 +42,7 @@ class MethodChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """A table [[methods]]; an option that is a list makes a method of each of its values.
 
     An option that takes a list is a list of one list. Seeds, tests and realities, where they are
-    given, replace the experiment's.
+    given, replace the experiment's; tables for different realities may share a label.
     """
 
     name: Name
@@ -64,6 +64,11 @@ class TransferExperiment(Struct, frozen=True, kw_only=True, forbid_unknown_field
     realities: Names = msgspec.field(default_factory=lambda: [NAMED])
     tasks: Names = msgspec.field(default_factory=lambda: ["directed"])
     methods: Annotated[list[MethodChoice], Meta(min_length=1)]
+
+    #: That draw for methods, or compute for them.
+    libraries: ClassVar[tuple[str, ...]] = (
+        *("botorch", "deap", "gpytorch", "numpy", "sbi", "scikit-learn", "scipy", "torch"),
+    )
 
     def to_dict(self) -> dict[str, Any]:
         """Return it ready for JSON; `of_dict` reads it back."""
@@ -207,7 +212,12 @@ def check_values(experiment: TransferExperiment) -> None:
         )
     for names in (experiment.realities, *(row.realities for row in experiment.methods)):
         check_different("realities", "name", members(names or ()))
-    check_different("[[methods]]", "label", [str(one.label) for one in experiment.method_choices()])
+    cells = [
+        f"{one.label} in {name}"
+        for one in experiment.method_choices()
+        for name in members(one.realities or ())
+    ]
+    check_different("[[methods]]", "label", cells)
 
 
 def check(experiment: TransferExperiment, place: str, progress: Callable[[int, int], None]) -> None:

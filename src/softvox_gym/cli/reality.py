@@ -9,18 +9,24 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from softvox_gym.cli.parser import add_physics, physics_of
 from softvox_gym.cli.terminal import bad_input
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes import gap
-from softvox_gym.realities import SETS, realities, reality
+from softvox_gym.physics import Physics
+from softvox_gym.realities import SETS, Reality, realities, reality
 
 TABLE = "realities.csv"
+
+#: What the table calls the reality of the options.
+OWN = "yours"
 
 DESCRIPTION = f"""\
 Show what becomes of the landscape in other worlds: the named realities, whose
 exact landscapes ship with the package, or any of the sets, {" and ".join(SETS)}
 ({len(SETS["public"])} each, as public-0), drawn from the prior that docs/reality-gap.md
-tells; these are simulated when first asked for, a few seconds each.
+tells, or one of your own, by the options for physics. What does not ship is
+simulated when first asked for, a few seconds each, and kept.
 
 {fill(gap.MEANING, 79)}
 """
@@ -32,7 +38,7 @@ def add_parser(commands: Any) -> None:
         "reality",
         help="show what becomes of the landscape in other worlds",
         description=DESCRIPTION,
-        usage="softvox reality [NAME ...] [--list] [--json] [--out DIR [--force]]",
+        usage="softvox reality [NAME ...] [--list] [--json] [--out DIR [--force]] [physics]",
     )
     parser.add_argument(
         "names",
@@ -48,13 +54,17 @@ def add_parser(commands: Any) -> None:
         "--out", type=Path, metavar="DIR", help=f"also write {TABLE}, all bits, into this folder"
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier one in DIR")
+    add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
 
 
 def run(args: Namespace) -> int:
     """Print the table, and write it."""
     with bad_input():
-        chosen = [reality(name) for name in args.names] or list(realities().values())
+        chosen = [reality(name) for name in args.names]
+        if (own := physics_of(args)) != Physics.published():
+            chosen.append(Reality(OWN, own, about="the options given", source="you"))
+        chosen = chosen or list(realities().values())
     if args.out is not None:
         with bad_input("--out"):
             check_folder(args.out, [TABLE], force=args.force)
