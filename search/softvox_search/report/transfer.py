@@ -45,7 +45,7 @@ TERMS = f"""\
   set of sampled realities: over the realities, each the mean of its seeds.
 - *Tests needed*: after so many the mean regret is {FOUND:g} or less; empty where that is never so.
 - *Against*: the mean difference in regret to another method over the realities of a set, and the p
-  of Wilcoxon's two-sided signed-rank test of the pairs, adjusted by Holm for all in the table.
+  of Wilcoxon's two-sided signed-rank test of the pairs, adjusted by Holm for all in its column.
   Negative: the method loses less.
 - *Foresight*: Pearson's correlation of the reward expected and the real one over the best hundred
   expected (SRCC), Kendall's correlation over all designs, and the mean angle between the heading
