@@ -100,7 +100,10 @@ class Evaluator:
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
         is_published = self.reality.plain_physics == Physics.published()
         if from_table and not (is_published and self.lattice == LATTICE):
-            raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
+            raise ValueError(
+                "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
+                "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
+            )
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
