@@ -32,7 +32,7 @@ SCAN = {
     "strain": [0.1, 0.15, 0.3, 0.5],
     "edge": [0.005, 0.02],
     "time_step_fraction": [0.225, 0.45],
-    "actuation": ["clamp", "full"],
+    "actuation": ["clamp", "expand_and_contract"],
 }
 
 

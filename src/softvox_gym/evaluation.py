@@ -158,7 +158,7 @@ def evaluate(
     physics: PhysicsLike | Reality = "published",
     *,
     shape: Sequence[int] | None = None,
-    task: Task = DISPLACEMENT,
+    task: str | Task = DISPLACEMENT,
     perturbations: Sequence[Perturbation] = (),
     trials: int = 1,
     seed: Seed = None,
@@ -178,7 +178,7 @@ def evaluate(
         `softvox_gym.Reality`, which may say more than that.
     shape : (int, int, int), optional
         The lattice of design numbers and rows of digits; otherwise 2x2x2.
-    task : Task
+    task : str or Task
         What is rewarded: `softvox_gym.Task("directed", heading=90.0)`, or the displacement.
     perturbations : sequence of Perturbation
         What differs from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
@@ -212,8 +212,7 @@ def evaluate(
     """
     stack = stack_of(designs, shape=shape)
     reality = Reality.of(physics)
-    if not isinstance(task, Task):
-        raise TypeError(f"task must be a softvox_gym.Task, got {task!r}")
+    task = Task.of(task)
     check_count("trials", trials, least=1, most=MOST_TRIALS)
     if trials * len(stack) > MOST_TRIALS:
         raise ValueError(

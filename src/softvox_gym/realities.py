@@ -98,6 +98,11 @@ class Reality:
             raise ValueError(
                 f"expansion must be one of {', '.join(EXPANSIONS)}, got {self.expansion!r}"
             )
+        if self.expansion == "spherical" and self.resolution % 2 == 0:
+            raise ValueError(
+                "resolution must be odd where expansion is spherical, to have a middle; got "
+                f"{self.resolution}"
+            )
         refined(np.zeros((1, 1, 1), np.uint8), self.resolution, expansion=self.expansion)
         changed = {
             "physics": single_physics(self.physics),
@@ -267,7 +272,7 @@ def reality(name: str) -> Reality:
     if name in known:
         return known[name]
     group, _, number = str(name).partition("-")
-    if group in SETS and number.isdecimal() and int(number) < len(SETS[group]):
+    if group in SETS and number in map(str, range(len(SETS[group]))):
         return replace(Reality.sample(SETS[group][int(number)]), name=name)
     close = difflib.get_close_matches(str(name), known, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""

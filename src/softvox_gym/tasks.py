@@ -62,6 +62,21 @@ class Task:
             raise ValueError(f"heading must be finite, got {heading}")
         object.__setattr__(self, "heading", float(heading) % 360.0 % 360.0)  # -1e-20 is 360 first
 
+    @classmethod
+    def of(cls, task: str | Task, heading: float | None = None) -> Task:
+        """Return a task by its name, with a heading if it is given, or as it is.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As the class does, or for a heading beside a task that has its own.
+        """
+        if not isinstance(task, Task):
+            return cls(task, heading)
+        if heading is not None:
+            raise ValueError("heading goes with the name of a task; the Task given has its own")
+        return task
+
     @property
     def direction(self) -> tuple[float, float]:
         """The unit vector (x, y) of the heading; ValueError for a task that has none."""

@@ -22,6 +22,7 @@ from softvox_search.transfer import (
     transfer,
 )
 from softvox_search.transfer.guard import Guarded
+from softvox_search.transfer.library import CLASSES
 from softvox_search.transfer.run import World, heading_error, is_specified, regrets
 
 PUBLISHED = Physics.published()
@@ -304,6 +305,10 @@ def test_a_function_may_recommend_something_else_in_the_end():
     [
         ("slippery", {"friction_static", "friction_kinetic"}, True),
         ("slippery", {"friction_static"}, False),
+        # 90 cycles, where every model has 23.
+        ("area_friction", {"friction_static", "friction_kinetic", "shear_strength"}, False),
+        ("area_friction", CLASSES["all"], False),
+        ("reversal", CLASSES["all"], True),
         ("reversal", {"friction_static", "friction_kinetic", "shear_strength"}, False),
         (
             "reversal",

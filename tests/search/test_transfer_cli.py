@@ -12,6 +12,7 @@ import pytest
 from cli_process import snapshot, softvox
 from PIL import Image
 
+from softvox_gym import Reality
 from softvox_gym.cli import main
 from softvox_search.transfer import METHODS, transfer
 from softvox_search.transfer.registry import REGISTRY
@@ -147,6 +148,18 @@ def test_only_a_picture_that_was_named_is_protected(here, capsys):
     )
     said(capsys, *command, "--out", "mine.png", "--force")
     assert {path.name for path in here.iterdir()} == {"mine.png", "transfer-random-reversal-0.png"}
+
+
+def test_designs_that_diverge_in_reality_are_told(here, monkeypatch, capsys):
+    monkeypatch.setenv("SOFTVOX_CACHE", str(here / "cache"))
+    wild = Reality("wild", {"preset": "published", "duration": 0.5, "damping_link": 50.0})
+    monkeypatch.setattr("softvox_search.cli.transfer.reality", lambda _: wild)
+    command = ("--method", "random", "--tests", "1", "--heading", "0", "--no-picture")
+    lost = int(wild.landscape()["diverged"].sum())
+    assert lost > 0
+    told = f"diverged       {lost} designs in wild; their reward is 0"
+    assert told in said(capsys, *command).splitlines()
+    assert json.loads(said(capsys, *command, "--json"))["diverged"] == lost
 
 
 def test_the_methods_are_listed_with_a_sentence_each_and_their_options(capsys):

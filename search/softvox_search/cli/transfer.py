@@ -274,6 +274,7 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
         "tests": args.tests,
         "seed": args.seed,
         "noise": args.noise,
+        "diverged": int(where.landscape()["diverged"].sum()),
         "runs": rows,
         "mean": {
             **{
@@ -313,6 +314,8 @@ def _text(facts: dict[str, Any]) -> str:
         else "no, its models don't vary all that differs",
         "simulations": ", ".join(str(row["simulations"]) for row in rows),
     }
+    if facts["diverged"]:
+        said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]
     if ended:
         said["ended"] = f"by the method, {', '.join(ended)} of {facts['tests']} tests"

@@ -45,7 +45,7 @@ TERMS = f"""\
   set of sampled realities: over the realities, each the mean of its seeds.
 - *Tests needed*: after so many the mean regret is {FOUND:g} or less; empty where that is never so.
 - *Against*: the mean difference in regret to another method over the realities of a set, and the p
-  of Wilcoxon's two-sided signed-rank test of the pairs, adjusted by Holm for all in the table.
+  of Wilcoxon's two-sided signed-rank test of the pairs, adjusted by Holm for all in its column.
   Negative: the method loses less.
 - *Foresight*: Pearson's correlation of the reward expected and the real one over the best hundred
   expected (SRCC), Kendall's correlation over all designs, and the mean angle between the heading
@@ -209,7 +209,8 @@ def page(results: Results, made: Tables, pictures: list[str]) -> str:
     for (task,), regret in groups(made["regret"], "task"):
         blocks.append(f"## {str(task).capitalize()}")
         blocks += [f"![regret](figures/{name})" for name in pictures if name == f"{task}.png"]
-        for tests in (n for n in AFTER if n in set(regret["tests"])):
+        last = regret.groupby("method")["tests"].max()
+        for tests in sorted({*AFTER, *last} & {*regret["tests"]}):
             blocks += [f"### Regret after {tests} {'test' if tests == 1 else 'tests'}"]
             blocks.append(_by_reality(regret[regret["tests"] == tests], _with_band))
         needed = made["tests_needed"]
@@ -249,9 +250,7 @@ def _by_reality(table: pd.DataFrame, cell: Any) -> str:
 
 
 def _with_band(row: Mapping[str, Any]) -> str:
-    if row["reality"] in SETS:
-        return text.with_band(row["regret"], row["low"], row["high"])
-    return text.number(row["regret"])
+    return text.with_band(row["regret"], row["low"], row["high"])
 
 
 def _needed(row: Mapping[str, Any]) -> str:
@@ -259,9 +258,11 @@ def _needed(row: Mapping[str, Any]) -> str:
 
 
 def _held(table: pd.DataFrame) -> str:
+    cells = dict.fromkeys(f"after {tests}" for tests in sorted(set(table["tests"])))
     return text.markdown(
         {
             "method": escaped(method),
+            **dict.fromkeys(cells, ""),
             **{
                 f"after {row['tests']}": (
                     f"{row['difference']:+.2f} (p {text.probability(row['p_holm'])})"

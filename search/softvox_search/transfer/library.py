@@ -92,8 +92,7 @@ def drawn(nominal: Physics, models: str, n: int) -> tuple[Physics, ...]:
 def physics_at(shares: Array, nominal: Physics, models: str) -> Physics:
     """Return the physics of a class of models at shares of the prior's ranges, shape (8,).
 
-    Of shares that are drawn uniformly it is the prior that docs/reality-gap.md tells: a third of
-    what has area friction has it alone, another third Coulomb friction alone.
+    Of shares that are drawn uniformly it is the prior that docs/transfer.md tells.
     """
     at = iter(shares.tolist())
     static = log_between(next(at), 0.05, 1.5)

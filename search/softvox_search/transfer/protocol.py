@@ -146,19 +146,19 @@ def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
     return int(np.argmax(rounded if among is None else np.where(among, rounded, -np.inf)))
 
 
-def after_tests(name: str, tests: Any) -> frozenset[int]:
+def after_tests(name: str, tests: Any, least: int = 1) -> frozenset[int]:
     """Return the numbers of tests after which a method does something.
 
     Raises
     ------
     TypeError, ValueError
-        For what are no whole numbers of at least 1.
+        For what are no whole numbers, or a smaller one.
     """
     if isinstance(tests, str) or not isinstance(tests, Iterable):
         raise TypeError(f"{name} must be a list of numbers of tests, got {tests!r}")
     made = list(tests)
     for one in made:
-        check_count(name, one, least=1)
+        check_count(name, one, least=least)
     return frozenset(made)
 
 

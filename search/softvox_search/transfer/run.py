@@ -180,21 +180,12 @@ def prepared(
     where = reality_named(reality) if isinstance(reality, str) else reality
     if not isinstance(where, Reality):
         raise TypeError(f"reality must be a name or a softvox_gym.Reality, got {reality!r}")
-    what = task_of(task, heading)
+    what = Task.of(task, heading)
     of_method, of_noise = np.random.SeedSequence(seed).spawn(2)
     simulator = Simulator(where.nominal, simulations)
     made = make(method, simulator, what, np.random.default_rng(of_method), **options)
     world = World(where, what, sigma, np.random.default_rng(of_noise))
     return partial(_run, made, simulator, world, tests, seed)
-
-
-def task_of(task: str | Task, heading: float | None = None) -> Task:
-    """Return a task by its name, or as it is; a heading goes with a name alone."""
-    if not isinstance(task, Task):
-        return Task(task, heading)
-    if heading is not None:
-        raise ValueError("heading goes with the name of a task; the Task given has its own")
-    return task
 
 
 class World:
@@ -304,10 +295,12 @@ def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Arra
 def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     """Return whether parameters cover all in which a reality differs from its simulator."""
     ours, theirs = reality.physics.to_dict(), reality.nominal.to_dict()
-    # How long a run takes follows from the frequency: as many cycles.
-    follows = {"duration"} if "frequency_hz" in varied else set()
     differ = {name for name, value in ours.items() if value != theirs[name]}
-    return reality.is_plain and differ <= varied | follows
+    # How long a run takes follows from the frequency, where it has as many cycles.
+    cycles = [round(float(one.cycles), 3) for one in (reality.physics, reality.nominal)]
+    if "frequency_hz" in varied and cycles[0] == cycles[1]:
+        differ -= {"duration"}
+    return reality.is_plain and differ <= varied
 
 
 def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array | None:

@@ -84,7 +84,7 @@ class Evaluator:
         render_mode: str | None,
         *,
         reality: str | Reality | None,
-        task: str,
+        task: str | Task,
         heading: float | None,
         from_table: bool,
         threads: int | None = None,
@@ -92,7 +92,7 @@ class Evaluator:
         self.lattice = Lattice.of(shape)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
-        self.task = Task(task, heading)
+        self.task = Task.of(task, heading)
         self.render_mode = render_mode
         self.from_table = from_table
         self.threads = threads
@@ -100,7 +100,10 @@ class Evaluator:
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
         is_published = self.reality.plain_physics == Physics.published()
         if from_table and not (is_published and self.lattice == LATTICE):
-            raise ValueError("from_table needs shape (2, 2, 2) and physics 'published'")
+            raise ValueError(
+                "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
+                "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
+            )
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)

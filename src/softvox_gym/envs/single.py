@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.rendering import Pose, render
+from softvox_gym.tasks import Task
 
 Observation = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     reality : str or Reality, optional
         In place of a physics: a name of `softvox_gym.realities()`, or a Reality. As a name it
         survives ``spec.to_json()``.
-    task : {"displacement", "directed"}
+    task : {"displacement", "directed"} or softvox_gym.Task
         What is rewarded: the displacement in whatever direction, or along the heading.
     heading : float, optional
         Of the directed task, degrees from x towards y.
@@ -112,7 +113,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         shape: Sequence[int] = (2, 2, 2),
         physics: PhysicsLike = "published",
         reality: str | Reality | None = None,
-        task: str = "displacement",
+        task: str | Task = "displacement",
         heading: float | None = None,
         render_mode: str | None = None,
         from_table: bool = False,

@@ -16,6 +16,7 @@ from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.rendering import render
 from softvox_gym.simulation import check_count
+from softvox_gym.tasks import Task
 
 Batch = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
@@ -55,7 +56,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         shape: Sequence[int] = (2, 2, 2),
         physics: PhysicsLike = "published",
         reality: str | Reality | None = None,
-        task: str = "displacement",
+        task: str | Task = "displacement",
         heading: float | None = None,
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,

@@ -137,6 +137,8 @@ class Ite(Method):
         said = task.reward(simulator.landscape())
         best = float(said.max())
         self._unit = best if best > 0 else 1.0
+        if stop is not None:
+            not_negative("stop", stop)
         self._exploration, self._stop = exploration, stop
         mean = said / self._unit
         distances = hamming if kernel == "hamming" else self._behaviour()

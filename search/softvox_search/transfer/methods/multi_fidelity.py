@@ -14,7 +14,7 @@ from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.simulation import check_count
 from softvox_search.torch_random import own_torch, quiet_library
 from softvox_search.transfer.methods.gaussian import points
-from softvox_search.transfer.protocol import Method, Test, first_best, half_best
+from softvox_search.transfer.protocol import Method, Test, after_tests, first_best, half_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -71,8 +71,9 @@ class Mfbo(Method):
         super().__init__(simulator, task, rng)
         check_count("simulated", simulated, least=2)
         check_count("candidates", candidates, least=2)
+        learnt = after_tests("learn_at", learn_at, least=0)
         self._botorch, self._gpytorch = quiet_library("botorch"), quiet_library("gpytorch")
-        self._learn_at, self._noise, self._iterations = frozenset(learn_at), noise, iterations
+        self._learn_at, self._noise, self._iterations = learnt, noise, iterations
         said = task.reward(simulator.landscape())
         self._unit = max(float(said.max()), 1e-9)
         shown = half_best(said, simulated, rng)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Task, noisy_landscape
+from softvox_gym.noise import not_negative
 from softvox_search.transfer.library import library
 from softvox_search.transfer.protocol import Method, first_best
 from softvox_search.transfer.simulator import Simulator
@@ -117,7 +118,7 @@ class DomainRandomisation(Ranked):
         tail: float | None = None,
     ) -> None:
         super().__init__(simulator, task, rng)
-        if tail is not None and not 0 < tail <= 1:
+        if tail is not None and not 0 < not_negative("tail", tail) <= 1:
             raise ValueError(f"tail must be a share above 0 and at most 1, got {tail!r}")
         self._library = library(simulator, models, size)
         self.varied = self._library.varied
@@ -148,3 +149,6 @@ class Oracle(Method):
     def predict(self) -> Array:
         """Return the truth."""
         return np.asarray(self.truth)
+
+    def models(self) -> None:
+        """Return None: it needs none."""
