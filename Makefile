@@ -71,7 +71,7 @@ sanitize: sdist
 
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
-		--results baselines/noise_free --results baselines/noise
+		--results baselines/noise_free --results baselines/noise --results baselines/transfer
 
 # The tables that ship with the package; anew after a change of the engine, of the noise or
 # of a reality. Realities take 40 minutes; one alone: python tools/realities.py NAME
@@ -100,6 +100,7 @@ pictures: $(VENV)/installed
 	$(BIN)/python docs/picture.py
 	$(BIN)/python tools/architecture.py
 	$(BIN)/python tools/pictures.py
+	$(BIN)/softvox figures gap_map gap_tracks --format png --force --out docs
 	$(BIN)/softvox replay 6453 --width 240 --fps 14 --speed 1 --force --out docs/6453.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 

@@ -226,8 +226,10 @@ def test_the_directed_task_is_the_way_along_its_heading():
     assert str(Task("directed", 90)) == "directed 90 degrees"
     with pytest.raises(ValueError, match="has no heading"):
         _ = Task().direction
-    with pytest.raises(TypeError, match=r"task must be a softvox_gym\.Task"):
-        evaluate(1, task="directed")
+    named = evaluate([6453], task="directed").fitness
+    assert named == evaluate([6453], task=Task("directed", 0.0)).fitness
+    with pytest.raises(ValueError, match="did you mean directed"):
+        evaluate([6453], task="direct")
 
 
 def test_the_shear_strength_may_be_said_by_its_share_of_the_weight():
