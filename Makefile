@@ -22,7 +22,7 @@ test: $(VENV)/installed
 
 # Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own.
 # Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
-LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs \
+LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_env.py \
 	tests/landscapes/test_table.py tests/search/test_adapters.py \
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
 	tests/search/test_results.py tests/search/test_report_tables.py tests/view/test_figures_cli.py \
