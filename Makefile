@@ -25,8 +25,9 @@ test: $(VENV)/installed
 LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_env.py \
 	tests/landscapes/test_table.py tests/search/test_adapters.py \
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
-	tests/search/test_results.py tests/search/test_report_tables.py tests/view/test_figures_cli.py \
-	tests/view/test_replay_command.py tests/view/test_explore_server.py
+	tests/search/test_results.py tests/search/test_report_tables.py \
+	tests/search/test_transfer.py tests/view/test_figures_cli.py \
+	tests/view/test_replay_command.py tests/view/test_explore_requests.py
 test-lowest:
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \

@@ -19,8 +19,8 @@ NAMES = ("noise_free", "noise", "transfer")
 #: Every so many cells, of which one run is done again.
 CELLS_APART = {"noise_free": 1, "noise": 9, "transfer": 7}
 
-#: Methods that simulate a hundred landscapes first, or need what the tests don't.
-COSTLY = ("eea", "domain_randomisation", "npe", "mfbo")
+#: Methods that simulate for long, or need what the tests don't.
+COSTLY = ("eea", "domain_randomisation", "simopt", "npe", "mfbo")
 
 
 def is_cheap(run):

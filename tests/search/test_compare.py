@@ -264,7 +264,7 @@ def test_a_folder_of_which_no_run_is_of_use_is_refused_and_left_alone(
     else:
         made, expected = made_with(), "numpy was"
         changed = {**made, "versions": {**made["versions"], "numpy": "0.1"}}
-        monkeypatch.setattr(comparing, "made_with", lambda: changed)
+        monkeypatch.setattr(comparing, "made_with", lambda *_: changed)
     before = results(out)
     with pytest.raises(UsageError) as caught:
         run_here(experiment, out)
@@ -474,7 +474,9 @@ def test_the_commands_are_light_to_load():
     assert not loaded & {"deap", "pandas", "matplotlib", "msgspec", "scipy", "pyarrow", "optuna"}
 
 
-@pytest.mark.parametrize("command", ["compare", "export", "leaderboard", "merge", "search"])
+@pytest.mark.parametrize(
+    "command", ["compare", "export", "leaderboard", "merge", "search", "transfer"]
+)
 def test_the_help_fits_80_columns(command, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     assert main([command, "--help"]) == 0

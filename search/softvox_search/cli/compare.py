@@ -27,20 +27,19 @@ MOST_NAMED = 5
 
 DESCRIPTION = """\
 Run an experiment, a comparison of searchers or of transfer methods, and write
-into a folder,
-results/NAME for NAME.toml unless --out says otherwise: a file per run (runs/),
-a summary of each (runs.csv), and the report (report.md).
+into a folder, results/NAME for NAME.toml unless --out says otherwise: a file
+per run (runs/), a summary of each (runs.csv), and the report (report.md).
 
 Only runs that are missing there are done: killed at any moment, the same
 command goes on where it was, and searchers, seeds or physics added to
 FILE.toml are added to the results. Before that some finished runs, one of
-every searcher or method at least, are done again, and must give the same bits. A run that
-raises an error is named, the others go on, and the exit status is 1; the same
-command tries it again.
+every searcher or method at least, are done again, and must give the same bits.
+A run that raises an error is named, the others go on, and the exit status is 1;
+the same command tries it again.
 
-Searchers, methods and wrappers of your own, package.module:Class, are looked for among
-what is installed, on PYTHONPATH, in the current folder and in that of
-FILE.toml. What they print goes to standard error.
+Searchers, methods and wrappers of your own, package.module:Class, are looked
+for among what is installed, on PYTHONPATH, in the current folder and in that
+of FILE.toml. What they print goes to standard error.
 """
 
 KEYS = """\

@@ -70,8 +70,7 @@ def add_parser(commands: Any) -> None:
         "transfer",
         help="try designs in a reality, and see what a method makes of it",
         description=DESCRIPTION,
-        usage="softvox transfer [--method NAME] [--reality NAME] [--task NAME] [--tests N] "
-        "[options]",
+        usage="softvox transfer [--method NAME] [--reality NAME] [--tests N] [options]",
     )
     options: dict[str, dict[str, Any]] = {
         "method": {
