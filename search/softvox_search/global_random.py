@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.random.mtrand import get_bit_generator, set_bit_generator
 
+from softvox_gym.missing import PACKAGES
+
 
 class GlobalRandom:
     """Generators in place of the global ones, `random` and `numpy.random`, while swapped in.
@@ -77,7 +79,8 @@ def library(name: str) -> Any:
     except ModuleNotFoundError as error:
         if not error.name or not f"{name}.".startswith(f"{error.name}."):
             raise
-        package = name.partition(".")[0]
+        module = name.partition(".")[0]
+        package = PACKAGES.get(module, module)
         raise ImportError(
             f"{package} is not installed: pip install {package}", name=package
         ) from error

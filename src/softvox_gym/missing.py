@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 
 #: Packages that are not called as their modules are.
-PACKAGES = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg"}
+PACKAGES = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg", "sklearn": "scikit-learn"}
 
 
 def missing(what: str, error: ImportError, modules: Iterable[str] = ()) -> str:

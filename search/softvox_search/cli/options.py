@@ -65,6 +65,12 @@ def entries(registry: Registry) -> list[dict[str, Any]]:
     return listed
 
 
+def print_list(registry: Registry, *, as_json: bool) -> None:
+    """Print all there are."""
+    listed = entries(registry)
+    print(json.dumps(listed, indent=2, allow_nan=False) if as_json else shown(listed))
+
+
 def shown(listed: list[dict[str, Any]]) -> str:
     """Return `entries` for people, wrapped to 80 columns."""
     indent = 2 + max(len(entry["name"]) for entry in listed)

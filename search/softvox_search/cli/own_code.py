@@ -5,8 +5,15 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softvox_gym.cli.terminal import complain
+
+if TYPE_CHECKING:
+    from softvox_search.single import RaisedError
 
 
 def look_in(*folders: Path) -> None:
@@ -14,6 +21,14 @@ def look_in(*folders: Path) -> None:
     for folder in map(os.path.abspath, folders):
         if folder not in sys.path and not ("" in sys.path and folder == os.getcwd()):
             sys.path.append(folder)
+
+
+def tell_raised(error: RaisedError) -> int:
+    """Say in one line, below its traceback, what code of the user's own raised; return 1."""
+    if sys.stderr is not None:
+        traceback.print_exception(error.__cause__)
+    complain("error", str(error))
+    return 1
 
 
 @contextlib.contextmanager

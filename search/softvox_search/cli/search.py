@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
-import traceback
 from argparse import Namespace
 from math import inf
 from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.parser import add_physics, number, physics_of, whole_number
-from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design
 from softvox_gym.files import write_file
 from softvox_gym.landscapes.noisy import LEVELS
@@ -19,13 +18,12 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.progress import Progress
 from softvox_search.cli.options import (
     check_output,
-    entries,
     name_in_files,
     not_negative,
     options_given,
-    shown,
+    print_list,
 )
-from softvox_search.cli.own_code import look_in, prints_aside
+from softvox_search.cli.own_code import look_in, prints_aside, tell_raised
 from softvox_search.registry import REGISTRY
 
 KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
@@ -106,8 +104,7 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, search, save, then print."""
     if args.list:
-        listed = entries(REGISTRY)
-        print(json.dumps(listed, indent=2, allow_nan=False) if args.json else shown(listed))
+        print_list(REGISTRY, as_json=args.json)
         return 0
     from softvox_search import SearcherError
     from softvox_search.single import RaisedError
@@ -118,10 +115,7 @@ def run(args: Namespace) -> int:
     except (SearcherError, ImportError) as error:
         raise BadInputError(str(error)) from error
     except RaisedError as error:
-        if sys.stderr is not None:
-            traceback.print_exception(error.__cause__)
-        complain("error", str(error))
-        return 1
+        return tell_raised(error)
 
 
 def _search(args: Namespace) -> int:

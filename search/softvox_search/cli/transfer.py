@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import traceback
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from softvox_gym.cli.parser import number, whole_number
 from softvox_gym.cli.reality import plain
-from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import write_file
 from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.missing import missing
@@ -24,13 +23,12 @@ from softvox_gym.realities import Reality, reality
 from softvox_gym.tasks import HEADINGS, Task
 from softvox_search.cli.options import (
     check_output,
-    entries,
     name_in_files,
     not_negative,
     options_given,
-    shown,
+    print_list,
 )
-from softvox_search.cli.own_code import look_in, prints_aside
+from softvox_search.cli.own_code import look_in, prints_aside, tell_raised
 
 if TYPE_CHECKING:
     from softvox_search.transfer import TransferRun
@@ -144,8 +142,7 @@ def run(args: Namespace) -> int:
     if args.list:
         from softvox_search.transfer.registry import REGISTRY
 
-        listed = entries(REGISTRY)
-        print(json.dumps(listed, indent=2, allow_nan=False) if args.json else shown(listed))
+        print_list(REGISTRY, as_json=args.json)
         return 0
     from softvox_search.single import RaisedError
 
@@ -159,10 +156,7 @@ def run(args: Namespace) -> int:
     try:
         runs = _runs(args, where, tasks)
     except RaisedError as error:
-        if sys.stderr is not None:
-            traceback.print_exception(error.__cause__)
-        complain("error", str(error))
-        return 1
+        return tell_raised(error)
     if not args.no_picture:
         with bad_input("--out"):
             write_file(out, draw(runs, where), force=force)
@@ -239,7 +233,7 @@ def _picture() -> Callable[[Sequence[TransferRun], Reality], bytes]:
         needs = missing("the picture", error)
         raise BadInputError(f"{needs}; or give --no-picture") from error
     from softvox_gym import landscape
-    from softvox_search.transfer.simulator import displacements
+    from softvox_gym.landscapes.table import displacements
 
     def draw(runs: Sequence[TransferRun], where: Reality) -> bytes:
         simulated, real = (displacements(landscape(one)) for one in (where.nominal, where))

@@ -14,7 +14,7 @@ from gymnasium.vector import VectorEnv
 from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
 from softvox_gym.wrappers import vector
 from softvox_search.experiment import transfer
-from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant
+from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant, tried
 from softvox_search.experiment.transfer import TransferExperiment
 from softvox_search.oracle import Budget, MakeEnv, Oracle
 from softvox_search.policies import with_policy
@@ -81,7 +81,7 @@ def check(
     environments, noisy = Environments(), experiment.levels is not None
     for problem in experiment.problems():
         names = ", ".join(wrapper["name"] for wrapper in problem.stack()) or "none"
-        oracle = _tried(
+        oracle = tried(
             f"{place}: [[wrappers]] {names}, on {problem.physics} {problem.shape}",
             lambda: _stepped(environments.of(problem)),  # noqa: B023, called at once
         )
@@ -92,25 +92,15 @@ def check(
             "noisy here; give levels or a wrapper with noise, or drop them"
         )
     for choice, shape in product(experiment.searcher_choices(), experiment.shapes()):
-        searcher = _tried(
+        searcher = tried(
             f"{place}: [[searchers]] {choice.label}",
             lambda: make(choice.name, np.random.default_rng(0), space=shape, **choice.options),  # noqa: B023
         )
         for policy in experiment.policies:
-            _tried(
+            tried(
                 f"{place}: [[policies]] {policy.name}: with {choice.label}",
                 lambda: with_policy(searcher, policy.policy, shape, choice.budget.checked()),  # noqa: B023
             )
-
-
-def _tried(place: str, what: Callable[[], T]) -> T:
-    """Return what a call returns; whatever one's own code raises becomes one line."""
-    try:
-        return what()
-    except (ImportError, TypeError, ValueError) as error:
-        raise UsageError(f"{place}: {error}") from error
-    except (Exception, SystemExit) as error:
-        raise UsageError(f"{place}: fails with {type(error).__name__}: {error}") from error
 
 
 def _environment(problem: Problem, num_envs: int) -> Any:

@@ -88,13 +88,14 @@ class Searcher(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     seeds: Count | None = None
     budget: BudgetKeys = BudgetKeys()
 
-    @property
-    def combinations(self) -> int:
-        """How many searchers the options that are lists make."""
-        return prod(len(value) for value in self.options.values() if isinstance(value, list))
-
 
 Row = TypeVar("Row", bound=Any)
+T = TypeVar("T")
+
+
+def n_combinations(row: Any) -> int:
+    """Return how many rows `combinations` makes of one."""
+    return prod(len(value) for value in row.options.values() if isinstance(value, list))
 
 
 def combinations(row: Row) -> list[Row]:
@@ -379,7 +380,9 @@ def _check(experiment: Experiment) -> None:
         json.dumps(experiment.to_dict(), allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-    number = sum(row.combinations * (row.seeds or experiment.seeds) for row in experiment.searchers)
+    number = sum(
+        n_combinations(row) * (row.seeds or experiment.seeds) for row in experiment.searchers
+    )
     axes = (experiment.physics_given(), experiment.shapes(), experiment.levels, experiment.policies)
     number *= prod(len(axis or (None,)) for axis in axes)
     if number > MOST_RUNS:
@@ -405,6 +408,16 @@ def _check(experiment: Experiment) -> None:
         wrapper["name"] == NOISE and "level" in wrapper for wrapper in experiment.wrappers
     ):
         raise ValueError(f"[[wrappers]] {NOISE} has a level of its own beside levels; drop one")
+
+
+def tried(place: str, what: Callable[[], T]) -> T:
+    """Return what a call returns; whatever one's own code raises becomes one line."""
+    try:
+        return what()
+    except (ImportError, TypeError, ValueError) as error:
+        raise UsageError(f"{place}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise UsageError(f"{place}: fails with {type(error).__name__}: {error}") from error
 
 
 def check_different(kind: str, key: str, names: list[str]) -> None:

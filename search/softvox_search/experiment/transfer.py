@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import prod
 from typing import Annotated, Any, ClassVar, cast
 
 import msgspec
@@ -22,10 +21,11 @@ from softvox_search.experiment.schema import (
     Level,
     Name,
     Plain,
-    UsageError,
     check_different,
     combinations,
+    n_combinations,
     sha256,
+    tried,
 )
 from softvox_search.log import Columns, digest
 from softvox_search.transfer.registry import make
@@ -200,7 +200,7 @@ def check_values(experiment: TransferExperiment) -> None:
         Task(task)
     check_different("tasks", "name", list(experiment.tasks))
     number = sum(
-        prod(len(value) for value in row.options.values() if isinstance(value, list))
+        n_combinations(row)
         * (row.seeds or experiment.seeds)
         * len(members(row.realities or experiment.realities))
         for row in experiment.methods
@@ -232,27 +232,24 @@ def check(experiment: TransferExperiment, place: str, progress: Callable[[int, i
     """
     choices = experiment.method_choices()
     where = dict.fromkeys(name for one in choices for name in members(one.realities or ()))
-    tried = dict.fromkeys(
+    pairs = dict.fromkeys(
         (number, reality(name).nominal)
         for number, one in enumerate(choices)
         for name in members(one.realities or ())
     )
-    total = len(where) + len(tried)
+    total = len(where) + len(pairs)
     progress(0, total)
     for done, name in enumerate(where, start=1):
         reality(name).landscape()
         progress(done, total)
-    for done, (number, nominal) in enumerate(tried, start=len(where) + 1):
+    for done, (number, nominal) in enumerate(pairs, start=len(where) + 1):
         one = choices[number]
         for task in experiment.tasks:
-            try:
-                options: dict[str, Any] = one.options
-                make(one.name, Simulator(nominal), Task(task), np.random.default_rng(0), **options)
-            except (ImportError, TypeError, ValueError) as error:
-                raise UsageError(f"{place}: [[methods]] {one.label}: {error}") from error
-            except (Exception, SystemExit) as error:
-                what = f"fails with {type(error).__name__}: {error}"
-                raise UsageError(f"{place}: [[methods]] {one.label}: {what}") from error
+            rng, asked = np.random.default_rng(0), Task(task)
+            tried(
+                f"{place}: [[methods]] {one.label}",
+                lambda: make(one.name, Simulator(nominal), asked, rng, **one.options),  # noqa: B023
+            )
         progress(done, total)
 
 

@@ -170,11 +170,16 @@ def design_of(design: Any, said: str) -> int:
         raise SearcherError(f"{said} what is no design of {LATTICE}: {error}") from error
 
 
+def best_first(values: Array) -> NDArray[np.intp]:
+    """Return where values are, largest first; of equal ones, as `first_best` has it, the first."""
+    return np.argsort(-np.round(values, 9), kind="stable")
+
+
 def half_best(values: Array, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """Return the numbers of n designs: half those of the largest values, half drawn of the others.
 
-    At most as many as there are; of equal values, as `first_best` has it, the first.
+    At most as many as there are.
     """
-    order = np.argsort(-np.round(values, 9), kind="stable")
+    order = best_first(values)
     n = min(n, len(order))
     return np.concatenate([order[: n // 2], rng.permutation(order[n // 2 :])[: n - n // 2]])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym import Reality, Task, landscape
 from softvox_gym.landscapes.gap import class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
-from softvox_gym.landscapes.table import N_DESIGNS
+from softvox_gym.landscapes.table import N_DESIGNS, displacements
 from softvox_gym.noise import not_negative
 from softvox_gym.real_tracks import LITTLE
 from softvox_gym.realities import reality as reality_named
@@ -23,7 +23,7 @@ from softvox_search.transfer.guard import Guarded
 from softvox_search.transfer.methods.simple import Oracle
 from softvox_search.transfer.protocol import SAMPLES, Test
 from softvox_search.transfer.registry import make
-from softvox_search.transfer.simulator import SimulationBudgetError, Simulator, displacements
+from softvox_search.transfer.simulator import SimulationBudgetError, Simulator
 
 Array = NDArray[np.float64]
 
@@ -261,7 +261,8 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
     nominal = displacements(landscape(simulator.nominal))
     left = np.ones(N_DESIGNS, dtype=bool)
     left[tested] = False
-    before, after = (_foresight(one, world, left) for one in (nominal, expected))
+    before = _ranks_before(world.reality, world.task), _heading_off(nominal, world, left)
+    after = _ranks(expected, world.task, world.rewards), _heading_off(expected, world, left)
     return TransferRun(
         method=method.name,
         reality=world.reality.name,
@@ -272,12 +273,12 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
         recommended=recommended,
         regret=regret,
         class_regret=class_regret,
-        srcc_before=before[0],
-        srcc_after=after[0],
-        kendall_before=before[1],
-        kendall_after=after[1],
-        heading_error_before=before[2],
-        heading_error=after[2],
+        srcc_before=before[0][0],
+        srcc_after=after[0][0],
+        kendall_before=before[0][1],
+        kendall_after=after[0][1],
+        heading_error_before=before[1],
+        heading_error=after[1],
         distance=_distance(models, world.displacement),
         is_specified=is_specified(world.reality, getattr(method, "varied", frozenset())),
         simulations=simulations,
@@ -334,14 +335,26 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
     )
 
 
-def _foresight(expected: Array | None, world: World, left: NDArray[np.bool_]) -> list[float]:
-    """Return how well something was expected: SRCC, Kendall's tau, error of heading."""
+@lru_cache(maxsize=256)
+def _ranks_before(reality: Reality, task: Task) -> tuple[float, float]:
+    """Return how well the nominal simulator expects the rewards, the same for every method."""
+    nominal = displacements(landscape(reality.nominal))
+    return _ranks(nominal, task, task.reward(_truth(reality)))
+
+
+def _ranks(expected: Array | None, task: Task, rewards: Array) -> tuple[float, float]:
+    """Return how well rewards were expected: SRCC and Kendall's tau; NaN where nothing was."""
     if expected is None:
-        return [np.nan] * 3
-    is_reward = expected.ndim == 1
-    reward = expected if is_reward else world.task.reward(expected)
-    error = np.nan if is_reward else heading_error(expected[left], world.displacement[left])
-    return [srcc(reward, world.rewards), kendall_tau(reward, world.rewards), error]
+        return np.nan, np.nan
+    reward = expected if expected.ndim == 1 else task.reward(expected)
+    return srcc(reward, rewards), kendall_tau(reward, rewards)
+
+
+def _heading_off(expected: Array | None, world: World, left: NDArray[np.bool_]) -> float:
+    """Return the error of the headings expected; NaN where none were."""
+    if expected is None or expected.ndim == 1:
+        return np.nan
+    return heading_error(expected[left], world.displacement[left])
 
 
 def heading_error(expected: Array, real: Array) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import softvox_gym
 from softvox_gym import Physics, noisy_landscape, simulate
 from softvox_gym.design import stack_of
-from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, tracks
+from softvox_gym.landscapes.table import N_DESIGNS, displacements, tracks
 from softvox_gym.simulation import check_count
 
 Array = NDArray[np.float64]
@@ -125,13 +125,6 @@ class Simulator:
                 "fewer"
             )
         self.used += n
-
-
-def displacements(table: Table) -> Array:
-    """Return the displacement of every design of a landscape, shape (6561, 3); 0 if diverged."""
-    made: Array = np.nan_to_num(np.stack([table[axis] for axis in AXES], axis=-1))
-    made.flags.writeable = False
-    return made
 
 
 @lru_cache(maxsize=512)

@@ -15,7 +15,7 @@ from softvox_gym.design import Design
 from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
 from softvox_gym.landscapes.robustness import TOP, kendall_tau, ranked
 from softvox_gym.landscapes.section import Column, Section
-from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, landscape
+from softvox_gym.landscapes.table import N_DESIGNS, Table, displacements, landscape
 from softvox_gym.real_tracks import LITTLE
 from softvox_gym.realities import Reality, realities
 from softvox_gym.tasks import HEADINGS, Task
@@ -97,8 +97,7 @@ def row(reality: Reality) -> dict[str, Any]:
 
 def value(table: Table, task: Task | None = None) -> Array:
     """Return what every design is worth in a task, voxel widths; 0 where it diverged."""
-    moved = np.stack([table[axis] for axis in AXES], axis=-1)
-    return np.where(table["diverged"], 0.0, (task or Task()).reward(moved))
+    return (task or Task()).reward(displacements(table))
 
 
 def regrets(nominal: Array, real: Array) -> list[float]:

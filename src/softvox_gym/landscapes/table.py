@@ -186,6 +186,13 @@ def _landscape(reality: Reality) -> Table:
     return table
 
 
+def displacements(table: Table) -> NDArray[np.float64]:
+    """Return the displacement of every design, shape (6561, 3), voxel widths; 0 if it diverged."""
+    made: NDArray[np.float64] = np.nan_to_num(np.stack([table[axis] for axis in AXES], axis=-1))
+    made.flags.writeable = False
+    return made
+
+
 def compute(
     physics: Physics | Reality, *, threads: int | None = None, progress: Progress | None = None
 ) -> Table:

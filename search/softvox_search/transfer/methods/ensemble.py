@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from softvox_gym import Task
 from softvox_gym.simulation import check_count
 from softvox_search.transfer.library import library
-from softvox_search.transfer.protocol import Method, Test, first_best
+from softvox_search.transfer.protocol import Method, Test, best_first, first_best
 from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class Eea(Method):
     @property
     def kept(self) -> NDArray[np.intp]:
         """Which models are the ensemble: those with the least misfit, the first of equal ones."""
-        return np.argsort(np.round(self._misfit, 9), kind="stable")[: self._size]
+        return best_first(-self._misfit)[: self._size]
 
     def ask(self) -> int:
         """Return the next test."""
@@ -86,8 +86,7 @@ class Eea(Method):
         disputed = moved.var(axis=0).sum(axis=-1)
         if self._choice == "both":
             among = np.flatnonzero(left)
-            order = np.argsort(-np.round(expected[among], 9), kind="stable")
-            best = among[order[: self._fittest]]
+            best = among[best_first(expected[among])[: self._fittest]]
             left = np.zeros(len(left), dtype=bool)
             left[best] = True
         return first_best(disputed, left)

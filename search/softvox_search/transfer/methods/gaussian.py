@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym import Task
 from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.noise import not_negative
+from softvox_search.global_random import library
 from softvox_search.transfer.protocol import Method, Test, after_tests, first_best
 from softvox_search.transfer.simulator import Simulator
 
@@ -254,14 +255,9 @@ class GpUcb(Method):
 
     def _learn(self) -> None:
         """Fit amplitude, length and noise by scikit-learn."""
-        try:
-            from sklearn.gaussian_process import GaussianProcessRegressor, kernels
-        except ModuleNotFoundError as error:
-            package = "scikit-learn"  # which is not called as its module is
-            raise ImportError(
-                f"{package} is not installed: pip install {package}", name=package
-            ) from error
-        regressor = GaussianProcessRegressor(
+        processes = library("sklearn.gaussian_process")
+        kernels = processes.kernels
+        regressor = processes.GaussianProcessRegressor(
             kernels.ConstantKernel(self._variance, (0.01, 10))
             * kernels.Matern(self._length, (0.05, 5), nu=2.5)
             + kernels.WhiteKernel(self._noise, (1e-4, 1))
