@@ -1,6 +1,6 @@
-/* Groups the designs of a batch into blocks of lanes. A block costs what its union of bodies costs, so
- * designs of one body plan go together, and those left over join the ones they resemble most. The grouping
- * changes the speed, never a result. */
+/* Seats the designs of a batch: many to a block, a lane each, or one across the lanes. A block costs what its union of
+ * bodies costs, so designs of one body plan go together, and those left over join the ones they resemble most. The
+ * seating changes the speed, never a result. */
 #include "body.h"
 #include "kernels.h"
 
@@ -13,11 +13,18 @@ typedef struct {
     int32_t sites, design;
 } sv_entry;
 
-/* Designs entry[first] ... entry[first + count - 1], all of one body plan. */
+/* Designs entry[first] ... entry[first + count - 1], all of one body plan: what a block of them costs, and one alone.
+ */
 typedef struct {
-    int32_t first, count;
-    int64_t cost;
+    int32_t first, count, voxels;
+    int64_t cost, across;
 } sv_group;
+
+/* Designs that may share a block: what it would cost, and what each would across the lanes. */
+typedef struct {
+    int32_t design[SV_MOST_LANES], count, voxels;
+    int64_t cost, across[SV_MOST_LANES];
+} sv_row;
 
 typedef struct {
     int64_t cost;
@@ -36,8 +43,10 @@ typedef struct {
     int32_t *rows; /* copy of the plan's order, to sort it */
 } sv_planner;
 
-/* A link step takes about three times as long as a voxel step; a masked link a little longer. */
+/* Time per step, in one unit for all: of a row of voxels or links, a design per lane; of a masked link; and of a body
+ * across the lanes. */
 static const int64_t sv_voxel_cost = 9, sv_link_cost = 27, sv_masked_link_cost = 30;
+static const int64_t sv_across_cost = 40, sv_across_voxel_cost = 15, sv_across_link_cost = 45;
 
 static const int32_t sv_most_candidates = 256; /* groups tried to fill a block */
 
@@ -86,24 +95,22 @@ static int sv_by_rank(const void *left, const void *right)
     return (a->row > b->row) - (a->row < b->row);
 }
 
-static int64_t sv_cost(const sv_planner *p, const uint8_t *occupied, int64_t cost_per_link)
+/* Of a block whose designs have a lane each. */
+static int64_t sv_cost(sv_size size, int64_t cost_per_link)
 {
-    const sv_lattice l = p->lattice;
-    int64_t voxels = 0, links = 0;
-    int32_t site = 0;
-    for (int32_t z = 0; z < l.nz; z++) {
-        for (int32_t y = 0; y < l.ny; y++) {
-            for (int32_t x = 0; x < l.nx; x++, site++) {
-                if (!occupied[site])
-                    continue;
-                voxels++;
-                links += x + 1 < l.nx && occupied[site + 1];
-                links += y + 1 < l.ny && occupied[site + l.nx];
-                links += z + 1 < l.nz && occupied[site + l.nx * l.ny];
-            }
-        }
-    }
-    return voxels * sv_voxel_cost + links * cost_per_link;
+    return size.voxels * sv_voxel_cost + size.links * cost_per_link;
+}
+
+/* The group of a design, so far of it alone. */
+static sv_group sv_group_of(const sv_planner *p, int32_t first, int32_t lanes)
+{
+    const sv_size size = sv_size_of(p->lattice, p->entries[first].digits);
+    const int64_t voxel_rows = (size.voxels + lanes - 1) / lanes, link_rows = (size.links + lanes - 1) / lanes;
+    return (sv_group){.first = first,
+                      .count = 1,
+                      .voxels = size.voxels,
+                      .cost = sv_cost(size, sv_link_cost),
+                      .across = sv_across_cost + voxel_rows * sv_across_voxel_cost + link_rows * sv_across_link_cost};
 }
 
 static bool sv_is_empty(const uint8_t *digits, int32_t sites)
@@ -115,7 +122,7 @@ static bool sv_is_empty(const uint8_t *digits, int32_t sites)
 }
 
 /* Sorts the designs by body plan; those without a voxel are not simulated. */
-static void sv_find_groups(sv_planner *p)
+static void sv_find_groups(sv_planner *p, int32_t lanes)
 {
     int32_t count = 0;
     for (int32_t design = 0; design < p->batch->n; design++) {
@@ -129,29 +136,42 @@ static void sv_find_groups(sv_planner *p)
         if (i > 0 && sv_compare_plans(&p->entries[i], &p->entries[i - 1]) == 0)
             p->groups[p->group_count - 1].count++;
         else
-            p->groups[p->group_count++] = (sv_group){i, 1, sv_cost(p, p->entries[i].digits, sv_link_cost)};
+            p->groups[p->group_count++] = sv_group_of(p, i, lanes);
     }
     qsort(p->groups, (size_t)p->group_count, sizeof *p->groups, sv_by_cost);
 }
 
-/* Moves designs of a group into free lanes of the row. */
-static int32_t sv_assign(const sv_planner *p, sv_group *g, int32_t *row, int32_t taken, int32_t lanes)
+/* Moves designs of a group into free lanes of a row. */
+static void sv_assign(const sv_planner *p, sv_group *g, sv_row *row, int32_t lanes)
 {
-    while (g->count > 0 && taken < lanes) {
-        row[taken++] = p->entries[g->first++].design;
-        g->count--;
+    for (; g->count > 0 && row->count < lanes; g->count--) {
+        row->across[row->count] = g->across;
+        row->design[row->count++] = p->entries[g->first++].design;
     }
-    return taken;
 }
 
-static int32_t *sv_new_row(sv_planner *p, sv_plan *plan, int64_t cost)
+/* Adds a row of designs to the plan, with `filler` in its other lanes. */
+static void sv_add_row(sv_planner *p, sv_plan *plan, const int32_t *design, int32_t count, int32_t filler, int64_t cost)
 {
     int32_t *row = plan->order + (size_t)plan->blocks * (size_t)plan->lanes;
     for (int32_t lane = 0; lane < plan->lanes; lane++)
-        row[lane] = -1;
+        row[lane] = lane < count ? design[lane] : filler;
     p->ranks[plan->blocks] = (sv_ranked_row){cost, plan->blocks};
     plan->blocks++;
-    return row;
+}
+
+/* Seats the designs of a row as is faster: each across the lanes, or a lane each where that is possible. */
+static void sv_seat_row(sv_planner *p, sv_plan *plan, const sv_row *row)
+{
+    int64_t across = 0;
+    for (int32_t i = 0; i < row->count; i++)
+        across += row->across[i];
+    const bool apart = plan->seating == SV_ALL_APART || (plan->seating == SV_BY_TIME && row->cost < across);
+    if (apart && row->voxels <= SV_MOST_APART)
+        sv_add_row(p, plan, row->design, row->count, SV_NO_DESIGN, row->cost);
+    else
+        for (int32_t i = 0; i < row->count; i++)
+            sv_add_row(p, plan, &row->design[i], 1, SV_ACROSS, row->across[i]);
 }
 
 static void sv_unite(uint8_t *joined, const uint8_t *more, int32_t sites)
@@ -161,10 +181,10 @@ static void sv_unite(uint8_t *joined, const uint8_t *more, int32_t sites)
 }
 
 /* The group that saves most against a block of its own, or -1 where none saves anything. */
-static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room, int64_t cost, int64_t *joint_cost)
+static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room, sv_row *row)
 {
     int32_t best = -1, tried = 0;
-    int64_t best_saving = 0;
+    int64_t best_saving = 0, cost = row->cost;
     for (int32_t g = after + 1; g < p->group_count && tried < sv_most_candidates; g++) {
         const sv_group *candidate = &p->groups[g];
         if (candidate->count == 0)
@@ -174,31 +194,32 @@ static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room,
             continue;
         memcpy(p->trial, p->joined, (size_t)p->sites);
         sv_unite(p->trial, p->entries[candidate->first].digits, p->sites);
-        int64_t joint = sv_cost(p, p->trial, sv_masked_link_cost), saving = cost + candidate->cost - joint;
-        if (saving > best_saving) {
+        const sv_size joint = sv_size_of(p->lattice, p->trial);
+        const int64_t joint_cost = sv_cost(joint, sv_masked_link_cost), saving = cost + candidate->cost - joint_cost;
+        if (saving > best_saving && joint.voxels <= SV_MOST_APART) {
             best_saving = saving;
             best = g;
-            *joint_cost = joint;
+            row->voxels = joint.voxels;
+            row->cost = joint_cost;
         }
     }
     return best;
 }
 
-/* A block for what is left of group g, filled up with others while that saves work. */
-static void sv_fill_mixed_row(sv_planner *p, sv_plan *plan, int32_t g)
+/* A row of what is left of group g, filled up with others while that saves work. */
+static sv_row sv_fill_row(sv_planner *p, int32_t g, int32_t lanes)
 {
-    int64_t cost = p->groups[g].cost;
-    int32_t *row = sv_new_row(p, plan, cost);
+    sv_row row = {.voxels = p->groups[g].voxels, .cost = p->groups[g].cost};
     memcpy(p->joined, p->entries[p->groups[g].first].digits, (size_t)p->sites);
-    int32_t taken = sv_assign(p, &p->groups[g], row, 0, plan->lanes);
-    while (taken < plan->lanes) {
-        int32_t partner = sv_best_partner(p, g, plan->lanes - taken, cost, &cost);
+    sv_assign(p, &p->groups[g], &row, lanes);
+    while (row.count < lanes && row.voxels <= SV_MOST_APART) {
+        int32_t partner = sv_best_partner(p, g, lanes - row.count, &row);
         if (partner < 0)
             break;
         sv_unite(p->joined, p->entries[p->groups[partner].first].digits, p->sites);
-        taken = sv_assign(p, &p->groups[partner], row, taken, plan->lanes);
+        sv_assign(p, &p->groups[partner], &row, lanes);
     }
-    p->ranks[plan->blocks - 1].cost = cost;
+    return row;
 }
 
 /* Costly blocks first, so that threads finish together. */
@@ -223,19 +244,26 @@ int64_t sv_plan_scratch(const sv_batch *batch)
 
 int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch)
 {
-    if (sv_batch_error(batch) || plan->lanes < 1 || plan->lanes > SV_MOST_LANES)
+    if (sv_batch_error(batch) || plan->lanes < 2 || plan->lanes > SV_MOST_LANES)
         return SV_BAD_BATCH;
     sv_arena arena = sv_arena_in(scratch);
     sv_planner p;
     sv_planner_take(&p, batch, &arena);
     plan->blocks = 0;
-    sv_find_groups(&p);
-    for (int32_t g = 0; g < p.group_count; g++)
-        while (p.groups[g].count >= plan->lanes)
-            sv_assign(&p, &p.groups[g], sv_new_row(&p, plan, p.groups[g].cost), 0, plan->lanes);
-    for (int32_t g = 0; g < p.group_count; g++)
-        if (p.groups[g].count > 0)
-            sv_fill_mixed_row(&p, plan, g);
+    sv_find_groups(&p, plan->lanes);
+    for (int32_t g = 0; g < p.group_count; g++) {
+        while (p.groups[g].count >= plan->lanes) {
+            sv_row row = {.voxels = p.groups[g].voxels, .cost = p.groups[g].cost};
+            sv_assign(&p, &p.groups[g], &row, plan->lanes);
+            sv_seat_row(&p, plan, &row);
+        }
+    }
+    for (int32_t g = 0; g < p.group_count; g++) {
+        if (p.groups[g].count > 0) {
+            const sv_row row = sv_fill_row(&p, g, plan->lanes);
+            sv_seat_row(&p, plan, &row);
+        }
+    }
     sv_sort_rows(&p, plan);
     sv_give_back(&arena);
     return SV_DONE;

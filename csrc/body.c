@@ -1,6 +1,8 @@
 #include "body.h"
 
-static const int32_t sv_directions[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+#include <stdlib.h>
+
+static const sv_place sv_axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 static const int32_t sv_near_reach = 3; /* links; physics.md 5 */
 
@@ -9,132 +11,137 @@ int32_t sv_sites(sv_lattice l)
     return l.nx * l.ny * l.nz;
 }
 
-int32_t sv_most_links(sv_lattice l)
+static sv_place sv_place_of(sv_lattice l, int32_t site)
 {
-    return (l.nx - 1) * l.ny * l.nz + l.nx * (l.ny - 1) * l.nz + l.nx * l.ny * (l.nz - 1);
+    return (sv_place){site % l.nx, site / l.nx % l.ny, site / l.nx / l.ny};
 }
 
-static void sv_coordinates(sv_lattice l, int32_t site, int32_t place[3])
+/* The site `sign` steps along an axis, or -1 outside the lattice. */
+static int32_t sv_neighbour(sv_lattice l, sv_place p, int axis, int32_t sign)
 {
-    place[0] = site % l.nx;
-    place[1] = site / l.nx % l.ny;
-    place[2] = site / l.nx / l.ny;
+    const int32_t x = p.x + sign * sv_axes[axis].x, y = p.y + sign * sv_axes[axis].y, z = p.z + sign * sv_axes[axis].z;
+    return x < 0 || y < 0 || z < 0 || x >= l.nx || y >= l.ny || z >= l.nz ? -1 : x + l.nx * (y + l.ny * z);
 }
 
-/* The site one step away, or -1 outside the lattice. */
-static int32_t sv_neighbour(sv_lattice l, int32_t site, const int32_t step[3])
+sv_size sv_size_of(sv_lattice l, const uint8_t *occupied)
 {
-    int32_t at[3];
-    sv_coordinates(l, site, at);
-    int32_t x = at[0] + step[0], y = at[1] + step[1], z = at[2] + step[2];
-    if (x < 0 || y < 0 || z < 0 || x >= l.nx || y >= l.ny || z >= l.nz)
-        return -1;
-    return x + l.nx * (y + l.ny * z);
-}
-
-void sv_body_take(sv_body *body, sv_lattice lattice, sv_arena *arena)
-{
-    size_t sites = (size_t)sv_sites(lattice), links = (size_t)sv_most_links(lattice);
-    body->site = sv_take(arena, sites, sizeof *body->site);
-    body->voxel_at = sv_take(arena, sites, sizeof *body->voxel_at);
-    body->link = sv_take(arena, links, sizeof *body->link);
-    body->joints = sv_take(arena, sites, sizeof *body->joints);
-}
-
-static void sv_number_voxels(sv_body *body, int32_t sites, const uint8_t *occupied)
-{
-    body->voxels = 0;
-    for (int32_t site = 0; site < sites; site++) {
-        body->voxel_at[site] = -1;
-        if (occupied[site]) {
-            body->voxel_at[site] = body->voxels;
-            body->site[body->voxels++] = site;
-        }
-    }
-}
-
-static void sv_add_links(sv_body *body, sv_lattice lattice, int axis)
-{
-    body->first_link[axis] = body->links;
-    for (int32_t a = 0; a < body->voxels; a++) {
-        int32_t site = sv_neighbour(lattice, body->site[a], sv_directions[2 * axis]);
-        int32_t b = site < 0 ? -1 : body->voxel_at[site];
-        if (b >= 0)
-            body->link[body->links++] = (sv_link){a, b};
-    }
-}
-
-void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied)
-{
-    sv_number_voxels(body, sv_sites(lattice), occupied);
-    body->links = 0;
-    for (int axis = 0; axis < 3; axis++)
-        sv_add_links(body, lattice, axis);
-    body->first_link[3] = body->links;
-    for (int32_t v = 0; v < body->voxels; v++)
-        body->joints[v].as_a = body->joints[v].as_b = 0;
-    for (int32_t l = 0; l < body->links; l++) {
-        sv_joints *a = &body->joints[body->link[l].a];
-        a->link[a->as_a++] = l;
-    }
-    for (int32_t l = 0; l < body->links; l++) {
-        sv_joints *b = &body->joints[body->link[l].b];
-        b->link[b->as_a + b->as_b++] = l;
-    }
-}
-
-static int sv_contains(const int32_t *list, int32_t count, int32_t site)
-{
-    for (int32_t i = 0; i < count; i++)
-        if (list[i] == site)
-            return 1;
-    return 0;
-}
-
-/* All sites within 3 links of `start`, itself first; returns how many. The lattice has at most 63. */
-static int32_t sv_sites_within_reach(sv_lattice lattice, const uint8_t *occupied, int32_t start, int32_t reached[63])
-{
-    int32_t count = 1, ring = 0;
-    reached[0] = start;
-    for (int32_t links = 0; links < sv_near_reach; links++) {
-        int32_t ring_end = count;
-        for (; ring < ring_end; ring++) {
-            for (int direction = 0; direction < 6; direction++) {
-                int32_t site = sv_neighbour(lattice, reached[ring], sv_directions[direction]);
-                if (site >= 0 && occupied[site] && !sv_contains(reached, count, site))
-                    reached[count++] = site;
+    sv_size size = {.sites = sv_sites(l), .layer = l.nx * l.ny};
+    int32_t site = 0;
+    for (int32_t z = 0; z < l.nz; z++) {
+        for (int32_t y = 0; y < l.ny; y++) {
+            for (int32_t x = 0; x < l.nx; x++, site++) {
+                if (!occupied[site])
+                    continue;
+                size.voxels++;
+                size.links += x + 1 < l.nx && occupied[site + 1];
+                size.links += y + 1 < l.ny && occupied[site + l.nx];
+                size.links += z + 1 < l.nz && occupied[site + size.layer];
             }
         }
     }
-    return count;
+    return size;
 }
 
-static int32_t sv_link_count(sv_lattice lattice, const uint8_t *occupied, int32_t site)
+void sv_body_take(sv_body *body, sv_size size, sv_arena *arena)
 {
-    int32_t links = 0;
-    for (int direction = 0; direction < 6; direction++) {
-        int32_t next = sv_neighbour(lattice, site, sv_directions[direction]);
-        links += next >= 0 && occupied[next];
+    body->site = sv_take(arena, (size_t)size.voxels, sizeof *body->site);
+    body->place = sv_take(arena, (size_t)size.voxels, sizeof *body->place);
+    body->link = sv_take(arena, (size_t)size.links, sizeof *body->link);
+    body->joints = sv_take(arena, (size_t)size.voxels, sizeof *body->joints);
+}
+
+static void sv_add_links(sv_body *body, sv_lattice lattice, int32_t a, const int32_t *voxel_at)
+{
+    body->joints[a].first = body->links;
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t site = sv_neighbour(lattice, body->place[a], axis, 1), b = site < 0 ? -1 : voxel_at[site];
+        if (b >= 0)
+            body->link[body->links++] = (sv_link){a, b, axis};
     }
-    return links;
+    body->joints[a].starting = body->links - body->joints[a].first;
 }
 
-void sv_vicinities(sv_lattice lattice, const uint8_t *occupied, sv_vicinity *vicinity)
+void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, int32_t *voxel_at)
 {
+    body->voxels = body->links = 0;
     for (int32_t site = 0; site < sv_sites(lattice); site++) {
-        sv_vicinity *here = &vicinity[site];
-        here->count = 0;
-        here->on_surface = occupied[site] && sv_link_count(lattice, occupied, site) < 6;
-        if (!here->on_surface)
-            continue;
-        int32_t reached[63], count = sv_sites_within_reach(lattice, occupied, site, reached);
-        for (int32_t i = 1; i < count; i++)
-            if (reached[i] > site)
-                here->site[here->count++] = reached[i];
+        voxel_at[site] = occupied[site] ? body->voxels : -1;
+        if (occupied[site]) {
+            body->place[body->voxels] = sv_place_of(lattice, site);
+            body->site[body->voxels++] = site;
+        }
+    }
+    for (int32_t v = 0; v < body->voxels; v++) {
+        body->joints[v].ending = 0;
+        sv_add_links(body, lattice, v, voxel_at);
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        for (int32_t l = 0; l < body->links; l++) {
+            sv_joints *b = &body->joints[body->link[l].b];
+            if (body->link[l].axis == axis)
+                b->end[b->ending++] = l;
+        }
     }
 }
 
-int sv_may_collide(const sv_vicinity *vicinity, int32_t a, int32_t b)
+/* The bit of sv_vicinity.near for a site this far away, or -1 where it is farther than 3 steps or not later. */
+static int32_t sv_near_bit(sv_place d)
 {
-    return vicinity[a].on_surface && vicinity[b].on_surface && !sv_contains(vicinity[a].site, vicinity[a].count, b);
+    static const int8_t row[4][7] = {/* of z, y + 3: the bit of x = 0 */
+                                     {-1, -1, -1, -1, 5, 9, 11},
+                                     {-1, 12, 14, 18, 22, 24, -1},
+                                     {-1, -1, 25, 27, 29, -1, -1},
+                                     {-1, -1, -1, 30, -1, -1, -1}};
+    const int32_t steps = abs(d.x) + abs(d.y) + abs(d.z);
+    const bool later = d.z > 0 || (d.z == 0 && (d.y > 0 || (d.y == 0 && d.x > 0)));
+    return steps <= sv_near_reach && later ? row[d.z][d.y + 3] + d.x : -1;
+}
+
+/* Adds to the vicinity of `start` all later sites that are at most `links` further links away from `here`. */
+static void sv_walk(sv_lattice l, const uint8_t *digits, sv_place start, sv_place here, int32_t links, uint32_t *near)
+{
+    for (int32_t way = 0; way < 6; way++) {
+        const int32_t site = sv_neighbour(l, here, way / 2, way % 2 ? -1 : 1);
+        if (site < 0 || !digits[site])
+            continue;
+        sv_place next = here;
+        *(way < 2 ? &next.x : way < 4 ? &next.y : &next.z) += way % 2 ? -1 : 1;
+        const int32_t bit = sv_near_bit((sv_place){next.x - start.x, next.y - start.y, next.z - start.z});
+        if (bit >= 0)
+            *near |= 1u << bit;
+        if (links > 1)
+            sv_walk(l, digits, start, next, links - 1, near);
+    }
+}
+
+static bool sv_is_on_surface(sv_lattice l, const uint8_t *digits, sv_place here)
+{
+    for (int32_t way = 0; way < 6; way++) {
+        const int32_t site = sv_neighbour(l, here, way / 2, way % 2 ? -1 : 1);
+        if (site < 0 || !digits[site])
+            return true;
+    }
+    return false;
+}
+
+bool sv_vicinities(sv_lattice lattice, const sv_body *body, const uint8_t *digits, sv_vicinity *vicinity)
+{
+    for (int32_t v = 0; v < body->voxels; v++) {
+        const sv_place here = body->place[v];
+        vicinity[v] = (sv_vicinity){0, digits[body->site[v]] && sv_is_on_surface(lattice, digits, here)};
+        if (vicinity[v].on_surface)
+            sv_walk(lattice, digits, here, here, sv_near_reach, &vicinity[v].near);
+    }
+    for (int32_t a = 0; a < body->voxels; a++) /* found at once, but in the smallest bodies */
+        for (int32_t b = body->voxels - 1; b > a; b--)
+            if (sv_may_collide(body, vicinity, a, b))
+                return true;
+    return false;
+}
+
+bool sv_may_collide(const sv_body *body, const sv_vicinity *vicinity, int32_t a, int32_t b)
+{
+    const sv_place p = body->place[a], q = body->place[b];
+    const int32_t bit = sv_near_bit((sv_place){q.x - p.x, q.y - p.y, q.z - p.z});
+    return vicinity[a].on_surface && vicinity[b].on_surface && !(bit >= 0 && vicinity[a].near >> bit & 1);
 }

@@ -1,4 +1,4 @@
-/* The body that the lanes of a block share: its voxels, its links and which voxels can collide. */
+/* The body that a block simulates: its voxels, its links and which voxels can collide. */
 #pragma once
 
 #include "arena.h"
@@ -8,44 +8,57 @@ typedef struct {
     int32_t nx, ny, nz;
 } sv_lattice;
 
-/* A beam between voxel a, at the lower coordinate, and voxel b. */
+/* A site by its coordinates. */
 typedef struct {
-    int32_t a, b;
+    int32_t x, y, z;
+} sv_place;
+
+/* A beam along an axis between voxel a, at the lower coordinate, and voxel b. */
+typedef struct {
+    int32_t a, b, axis;
 } sv_link;
 
-/* The links of one voxel: first `as_a` of them start here, the other `as_b` end here. */
+/* The links of one voxel, in order of their axes: those that start here follow one another. */
 typedef struct {
-    int32_t link[6];
-    int32_t as_a, as_b;
+    int32_t first, starting; /* links first ... first + starting - 1 */
+    int32_t ending;
+    int32_t end[3]; /* links that end here */
 } sv_joints;
 
-/* Voxels are numbered 0 ... voxels - 1 in the order of their sites. */
+/* How much memory a body takes. */
+typedef struct {
+    int32_t sites, layer; /* of the lattice; sites of one z */
+    int32_t voxels, links;
+} sv_size;
+
+/* Voxels are numbered 0 ... voxels - 1 in the order of their sites, links in the order of their voxels a. */
 typedef struct {
     int32_t voxels, links;
-    int32_t first_link[4]; /* links of axis k: first_link[k] ... first_link[k + 1] - 1 */
-    int32_t *site;         /* [voxels] */
-    int32_t *voxel_at;     /* [sites] or -1 */
-    sv_link *link;         /* [links] */
-    sv_joints *joints;     /* [voxels] */
+    int32_t *site;     /* [voxels] */
+    sv_place *place;   /* [voxels] the same by coordinates */
+    sv_link *link;     /* [links] */
+    sv_joints *joints; /* [voxels] */
 } sv_body;
 
 int32_t sv_sites(sv_lattice lattice);
-int32_t sv_most_links(sv_lattice lattice);
 
-/* Takes the memory for the largest body of a lattice. */
-void sv_body_take(sv_body *body, sv_lattice lattice, sv_arena *arena);
+/* The size of the body of the sites whose occupied byte is not 0. */
+sv_size sv_size_of(sv_lattice lattice, const uint8_t *occupied);
 
-/* Fills in the body of the sites whose occupied byte is not 0. */
-void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied);
+/* Takes the memory for a body. */
+void sv_body_take(sv_body *body, sv_size size, sv_arena *arena);
 
-/* The voxels that a voxel of one design can't collide with. physics.md 5 */
+/* Fills in the body of the sites whose occupied byte is not 0, with room for a number per site. */
+void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, int32_t *voxel_at);
+
+/* What a voxel of one design can't collide with: what is at most 3 links away. physics.md 5 */
 typedef struct {
-    int32_t count, on_surface;
-    int32_t site[31]; /* sites after its own that are at most 3 links away */
+    uint32_t near; /* a bit for each of the 31 later sites within 3 steps: whether links lead there */
+    bool on_surface;
 } sv_vicinity;
 
-/* Fills in vicinity[site] for every site of the lattice. */
-void sv_vicinities(sv_lattice lattice, const uint8_t *occupied, sv_vicinity *vicinity);
+/* Fills in vicinity[v] for the voxels of the body that a design has. Returns whether any two can collide. */
+bool sv_vicinities(sv_lattice lattice, const sv_body *body, const uint8_t *digits, sv_vicinity *vicinity);
 
-/* Whether the voxels at sites a < b can collide at all: both on the surface and more than 3 links apart. */
-int sv_may_collide(const sv_vicinity *vicinity, int32_t a, int32_t b);
+/* Whether voxels a < b can collide at all. */
+bool sv_may_collide(const sv_body *body, const sv_vicinity *vicinity, int32_t a, int32_t b);

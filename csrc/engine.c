@@ -34,10 +34,10 @@ const char *sv_batch_error(const sv_batch *b)
     return NULL;
 }
 
-int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa)
+int64_t sv_workspace_bytes(const sv_batch *batch, const sv_plan *plan, int32_t isa, void *scratch)
 {
     const sv_kernel *kernel = sv_kernel_of(isa);
-    return kernel ? kernel->workspace_bytes(batch) : 0;
+    return kernel ? kernel->workspace_bytes(batch, plan, scratch) : 0;
 }
 
 int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,

@@ -73,11 +73,17 @@ typedef struct {
     double *frames;  /* [n][frame_count][sites][8] m, 1, m: position, quaternion wxyz, edge; or NULL */
 } sv_results;
 
-/* Designs that run together, one per lane: lane l of block b is order[b * lanes + l], or -1. */
+/* How designs are seated, at least two lanes each row. */
+enum { SV_BY_TIME = 0, SV_ALL_APART = 1, SV_ALL_ACROSS = 2 };
+enum { SV_NO_DESIGN = -1, SV_ACROSS = -2 };
+
+/* Designs that run together, a design per lane: lane l of block b is order[b * lanes + l], or SV_NO_DESIGN. Where
+ * the second of a row is SV_ACROSS, the block is the first alone, its voxels across the lanes. */
 typedef struct {
     int32_t lanes;
     int32_t blocks;
-    int32_t *order; /* [capacity of blocks][lanes] */
+    int32_t seating; /* SV_BY_TIME, or the one to plan for all that can have it */
+    int32_t *order;  /* [n][lanes] */
 } sv_plan;
 
 /* Shared by the threads that work on one batch; start with zeros. */
@@ -100,13 +106,14 @@ const char *sv_flags(void);
 /* The first thing wrong with a batch, or NULL. */
 const char *sv_batch_error(const sv_batch *batch);
 
-/* Groups designs by body plan. order must hold n * lanes entries; scratch, sv_plan_scratch bytes. */
+/* Seats the designs. order must hold n * lanes entries; scratch, sv_plan_scratch bytes. */
 int64_t sv_plan_scratch(const sv_batch *batch);
 int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch);
 
 /* Simulates blocks until none is left. Any number of threads may call this at once on one batch,
- * plan, results and progress, each with a workspace of its own of sv_workspace_bytes. */
-int64_t sv_workspace_bytes(const sv_batch *batch, int32_t isa);
+ * plan, results and progress, each with a workspace of its own of sv_workspace_bytes, which needs the plan's scratch.
+ */
+int64_t sv_workspace_bytes(const sv_batch *batch, const sv_plan *plan, int32_t isa, void *scratch);
 int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
                int32_t isa);
 

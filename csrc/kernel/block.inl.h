@@ -1,26 +1,34 @@
-/* A block: up to SV_LANES designs that run together, and all that changes while they run. */
+/* A block: what runs together, and all that changes while it runs. Its designs are seated in one of two ways:
+ * a design per lane, so that a row of voxels is the same voxel of every design; or one body across the lanes, so
+ * that a row is SV_LANES voxels of it. The laws are the same, and so are the bits. */
 #pragma once
 
 #include "body.h"
+#include "kernels.h"
 #include "lanes.inl.h"
 #include "rotation.inl.h"
 
-/* One voxel of every lane. SI. physics.md 3 */
+/* Where voxels are and how large, in every lane. */
 typedef struct {
-    sv_vec3 place, velocity, spin; /* m, m/s, rad/s */
+    sv_vec3 place; /* m */
+    sv_wide edge;  /* m */
     sv_quat turn;
-    sv_mat3 axes;   /* the matrix of turn */
-    sv_wide edge;   /* m */
-    sv_wide strain; /* amplitude in this cycle; 0 where the voxel is passive */
+} sv_pose;
+
+/* A row of voxels. SI. physics.md 3 */
+typedef struct {
+    sv_pose pose;
+    sv_vec3 velocity, spin; /* m/s, rad/s */
+    sv_wide strain;         /* amplitude in this cycle; 0 where the voxel is passive */
 } sv_voxel;
 
-/* What a link remembers of the step before. physics.md 4 */
+/* What links remember of the step before. physics.md 4 */
 typedef struct {
     sv_vec3 stretch, bend_a, bend_b; /* d, phi_1, phi_2 */
     sv_mask large;                   /* regime */
 } sv_link_memory;
 
-/* What a link does to its two voxels, in the world's frame. */
+/* What links do to their voxels, in the world's frame. */
 typedef struct {
     sv_vec3 force;              /* on a; b gets the opposite */
     sv_vec3 moment_a, moment_b; /* to be subtracted */
@@ -40,6 +48,8 @@ typedef struct {
     sv_wide mass_over_dt;
 } sv_coefficients;
 
+#define SV_FEW_PUMPS 8 /* that rows of voxels choose from; a pump per row is faster where there are more */
+
 /* The sine that drives voxels of one phase. */
 typedef struct {
     sv_wide phase;      /* cycles */
@@ -48,6 +58,32 @@ typedef struct {
     sv_wide sine;
 } sv_pump;
 
+/* The voxels of one body on a surface, as they were when the list of pairs was made: in the order of the voxels,
+ * and sorted into cells for the search. */
+typedef struct {
+    double place[3], edge; /* m */
+    int32_t voxel;
+    int32_t cell[3];
+    uint32_t bucket; /* of that cell */
+} sv_point;
+
+/* SV_LANES points of one cell, or fewer. */
+typedef struct {
+    sv_vec3 place; /* NaN where there is no point */
+    int32_t point[SV_LANES];
+} sv_cell_row;
+
+typedef struct {
+    sv_point *point;
+    int32_t count;
+    double cell_edge; /* m */
+    uint32_t cells;   /* a power of two: cells of space share them */
+    int32_t *first;   /* [cells + 1] rows of each */
+    int32_t *filled;  /* [cells] places taken */
+    sv_cell_row *row;
+    int32_t *found; /* [voxels] the partners of one point */
+} sv_surface;
+
 /* Two voxels that are close enough to be tested for contact, and in which lanes. physics.md 5 */
 typedef struct {
     int32_t a, b;
@@ -55,12 +91,16 @@ typedef struct {
 } sv_pair;
 
 typedef struct {
-    sv_pair *pair, *spare; /* the list, and room to rewrite it */
-    int32_t count;
-    uint32_t lanes;        /* lanes in which any two voxels can collide */
-    sv_wide travel;        /* voxel widths since the list was made */
-    sv_vec3 *push;         /* [voxels] N */
-    sv_vicinity *vicinity; /* [sites] for all lanes, or where the block is masked for each */
+    sv_pair *pair, *spare; /* the list, and room to make another */
+    int32_t count, room;
+    int32_t listed;  /* points whose pairs have been listed */
+    bool is_whole;   /* the list has them all; else, one body crushed, it is made piece by piece at every step */
+    uint32_t lanes;  /* lanes in which any two voxels can collide */
+    sv_wide travel;  /* voxel widths since the list was made */
+    sv_vec3 *push;   /* [rows] N, zero where not pushed */
+    uint8_t *pushed; /* [rows] */
+    sv_surface surface;
+    sv_vicinity *vicinity; /* [voxels] for all lanes, or where the block is masked for each */
 } sv_contacts;
 
 /* The moment of a lane's next event: start of the measurement, sample of the track, end. */
@@ -70,21 +110,45 @@ typedef struct {
     double start[3]; /* m, centre of mass when measuring began */
 } sv_clock;
 
+/* SV_LANES links of one body. The last row repeats its last link. */
+typedef struct {
+    int32_t a[SV_LANES], b[SV_LANES];
+    sv_mask along_y, along_z;
+} sv_link_row;
+
+/* One body across the lanes. Voxels are read by lines, and what links do to a voxel is written by lines; the
+ * latter are used again, as links reach no farther than one layer of the lattice. */
+typedef struct {
+    int32_t link_rows;
+    sv_link_row *link;  /* [link_rows] */
+    int32_t *links_end; /* [rows] link rows to be done before a row of voxels moves */
+    sv_line *pose;      /* [rows * SV_LANES] */
+    sv_line *effect;    /* [2 * lines + 1] force and moment on a, then on b, then zeros */
+    int32_t lines;      /* a power of two */
+    int32_t (*adds)[6]; /* [rows * SV_LANES] the lines that a voxel adds up, in order */
+} sv_across;
+
 typedef struct {
     const sv_batch *batch;
     sv_results *results;
+    bool is_across;
     int32_t design[SV_LANES]; /* or -1: an unused lane, which repeats the work of another */
     sv_body body;
+    int32_t *voxel_at;  /* [sites] or -1, while the body is built */
+    int32_t rows;       /* of voxels */
     bool masked;        /* lanes differ in which voxels they have */
-    sv_mask *has_voxel; /* [voxels] */
-    sv_mask *has_link;  /* [links] */
+    sv_mask *has_voxel; /* [rows] */
+    sv_mask *has_link;  /* [links], a design per lane */
     int32_t voxel_count[SV_LANES];
-    sv_voxel *voxels;
-    sv_link_memory *memory;
-    sv_link_effect *effect;
+    sv_voxel *voxels;       /* [rows] */
+    sv_link_memory *memory; /* [links], or rows of them */
+    sv_link_effect *effect; /* [links], a design per lane */
+    sv_across across;
     sv_coefficients k;
     sv_pump *pumps;     /* [pump_count] */
-    int32_t pump_count; /* 1, or one per voxel */
+    int32_t pump_count; /* 1, a few that rows choose from, or one per row */
+    sv_mask *uses;      /* [rows][pump_count] the lanes that a pump drives, or NULL where rows don't choose */
+    sv_mask *can_use;   /* the memory of it */
     sv_wide frequency, settle_time, duration;
     sv_contacts contacts;
     sv_wide time, next_event; /* s */
@@ -98,6 +162,17 @@ SV_INLINE sv_lattice sv_lattice_of(const sv_batch *batch)
     return (sv_lattice){batch->nx, batch->ny, batch->nz};
 }
 
+/* The row and the lane of a voxel of the design that a lane has; across the lanes, there is only the first's. */
+typedef struct {
+    int32_t row;
+    int lane;
+} sv_seat;
+
+SV_INLINE sv_seat sv_seat_of(const sv_block *b, int lane, int32_t v)
+{
+    return b->is_across ? (sv_seat){v / SV_LANES, v % SV_LANES} : (sv_seat){v, lane};
+}
+
 SV_INLINE bool sv_lane_has(const sv_block *b, int lane, int32_t v)
 {
     return !b->masked || sv_lane(b->has_voxel[v], lane);
@@ -105,5 +180,5 @@ SV_INLINE bool sv_lane_has(const sv_block *b, int lane, int32_t v)
 
 SV_INLINE sv_vicinity *sv_vicinity_of(const sv_block *b, int lane)
 {
-    return b->contacts.vicinity + (b->masked ? lane * sv_sites(sv_lattice_of(b->batch)) : 0);
+    return b->contacts.vicinity + (b->masked ? lane * b->body.voxels : 0);
 }

@@ -15,14 +15,28 @@ typedef struct {
     sv_quat outward;
 } sv_deformation;
 
+/* The axis of the links in all lanes, or SV_MIXED: y and z are the lanes in which it is that. */
+typedef struct {
+    int32_t all;
+    sv_mask y, z;
+} sv_axis;
+
+#define SV_MIXED 3
+
 /* To the frame in which the link points along x, and back. */
-SV_INLINE sv_vec3 sv_into_link(int axis, sv_vec3 a)
+SV_INLINE sv_vec3 sv_into_link(sv_axis axis, sv_vec3 a)
 {
-    return axis == 0 ? a : axis == 1 ? (sv_vec3){a.y, -a.x, a.z} : (sv_vec3){a.z, a.y, -a.x};
+    const sv_vec3 along_y = {a.y, -a.x, a.z}, along_z = {a.z, a.y, -a.x};
+    if (axis.all == SV_MIXED)
+        return sv_select3(axis.y, along_y, sv_select3(axis.z, along_z, a));
+    return axis.all == 0 ? a : axis.all == 1 ? along_y : along_z;
 }
-SV_INLINE sv_vec3 sv_out_of_link(int axis, sv_vec3 a)
+SV_INLINE sv_vec3 sv_out_of_link(sv_axis axis, sv_vec3 a)
 {
-    return axis == 0 ? a : axis == 1 ? (sv_vec3){-a.y, a.x, a.z} : (sv_vec3){-a.z, a.y, a.x};
+    const sv_vec3 along_y = {-a.y, a.x, a.z}, along_z = {-a.z, a.y, a.x};
+    if (axis.all == SV_MIXED)
+        return sv_select3(axis.y, along_y, sv_select3(axis.z, along_z, a));
+    return axis.all == 0 ? a : axis.all == 1 ? along_y : along_z;
 }
 
 /* The regime, with hysteresis. A link folded past a right angle (u.x < 0) counts as not turned. */
@@ -110,25 +124,26 @@ SV_INLINE sv_link_effect sv_beam_with_memory(const sv_coefficients *k, const sv_
                    sv_sub3(now->bend_b, b));
 }
 
-SV_INLINE sv_link_effect sv_to_world(const sv_mat3 *outward, int axis, sv_link_effect e)
+SV_INLINE sv_link_effect sv_to_world(const sv_mat3 *outward, sv_axis axis, sv_link_effect e)
 {
     return (sv_link_effect){sv_apply(outward, sv_out_of_link(axis, e.force)),
                             sv_apply(outward, sv_out_of_link(axis, e.moment_a)),
                             sv_apply(outward, sv_out_of_link(axis, e.moment_b))};
 }
 
-/* One link along `axis` for one step. Returns the lanes in which it is stretched beyond all bounds. */
-SV_INLINE sv_mask sv_link_step(const sv_coefficients *k, sv_wide broken, const sv_voxel *va, const sv_voxel *vb,
-                               int axis, sv_link_memory *memory, sv_link_effect *effect)
+/* One link for one step, between voxels a and b; axes is the matrix of a's turn. Returns the lanes in which it is
+ * stretched beyond all bounds. */
+SV_INLINE sv_mask sv_link_step(const sv_coefficients *k, sv_wide broken, const sv_pose *a, const sv_mat3 *axes,
+                               const sv_pose *b, sv_axis axis, sv_link_memory *memory, sv_link_effect *effect)
 {
-    sv_vec3 u = sv_into_link(axis, sv_apply_inverse(&va->axes, sv_sub3(vb->place, va->place)));
-    sv_quat n = sv_relative(va->turn, vb->turn);
+    sv_vec3 u = sv_into_link(axis, sv_apply_inverse(axes, sv_sub3(b->place, a->place)));
+    sv_quat n = sv_relative(a->turn, b->turn);
     n.v = sv_into_link(axis, n.v);
-    sv_wide rest = 0.5 * (va->edge + vb->edge);
+    sv_wide rest = 0.5 * (a->edge + b->edge);
     sv_mask before = memory->large, large = sv_next_regime(before, u, rest, n.w);
     memory->large = large;
     if (sv_any(large)) {
-        sv_quat turn_a = {va->turn.w, sv_into_link(axis, va->turn.v)};
+        sv_quat turn_a = {a->turn.w, sv_into_link(axis, a->turn.v)};
         sv_deformation now = sv_deform_mixed(large, u, n, turn_a, rest);
         sv_link_effect e = sv_beam_with_memory(k, &now, memory, large ^ before);
         now.outward.v = sv_out_of_link(axis, now.outward.v);
@@ -138,6 +153,6 @@ SV_INLINE sv_mask sv_link_step(const sv_coefficients *k, sv_wide broken, const s
     }
     sv_deformation now = sv_deform_small(u, n, rest);
     sv_link_effect e = sv_beam_with_memory(k, &now, memory, large ^ before);
-    *effect = sv_to_world(&va->axes, axis, e);
+    *effect = sv_to_world(axes, axis, e);
     return sv_gt(now.d.x, broken);
 }

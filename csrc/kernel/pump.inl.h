@@ -28,25 +28,58 @@ SV_INLINE sv_wide sv_floor(sv_wide a)
     return sv_select(sv_gt(n, a), n - 1.0, n);
 }
 
-/* Gives a voxel the strain of each lane's current cycle; past the last row, that row's. */
-static void sv_load_strain(sv_block *b, int32_t v, sv_wide cycle)
+/* Which voxel of which design a lane of a row has. Returns false where it has none. */
+SV_INLINE bool sv_resident(const sv_block *b, int32_t row, int lane, size_t *design, int32_t *voxel)
+{
+    const int32_t of = b->design[b->is_across ? 0 : lane];
+    *design = (size_t)of;
+    *voxel = b->is_across ? row * SV_LANES + lane : row;
+    return of >= 0 && *voxel < b->body.voxels;
+}
+
+/* Gives a row of voxels the strain of each lane's current cycle; past the last row of strain, that row's. */
+static void sv_load_strain(sv_block *b, int32_t row, sv_wide cycle)
 {
     const sv_batch *batch = b->batch;
-    size_t sites = (size_t)sv_sites(sv_lattice_of(batch)), site = (size_t)b->body.site[v];
+    const size_t sites = (size_t)sv_sites(sv_lattice_of(batch)), last = (size_t)batch->cycles - 1;
     for (int lane = 0; lane < SV_LANES; lane++) {
-        if (b->design[lane] < 0)
+        size_t design, of = last;
+        int32_t voxel;
+        if (!sv_resident(b, row, lane, &design, &voxel))
             continue;
-        size_t design = (size_t)b->design[lane], row = (size_t)batch->cycles - 1;
-        if (cycle[lane] < (double)row)
-            row = cycle[lane] > 0 ? (size_t)cycle[lane] : 0;
-        bool active = batch->digits[design * sites + site] == 2;
-        b->voxels[v].strain[lane] = active ? batch->strain[(design * (size_t)batch->cycles + row) * sites + site] : 0;
+        if (cycle[lane] < (double)last)
+            of = cycle[lane] > 0 ? (size_t)cycle[lane] : 0;
+        const size_t site = (size_t)b->body.site[voxel];
+        const bool active = batch->digits[design * sites + site] == 2;
+        b->voxels[row].strain[lane] = active ? batch->strain[(design * (last + 1) + of) * sites + site] : 0;
     }
+}
+
+/* The sine that drives a row of voxels. */
+SV_INLINE sv_wide sv_sine_of(const sv_block *b, int32_t row)
+{
+    if (!b->uses)
+        return b->pumps[b->pump_count > 1 ? row : 0].sine;
+    sv_wide sine = b->pumps[0].sine;
+    for (int32_t p = 1; p < b->pump_count; p++)
+        sine = sv_select(b->uses[row * b->pump_count + p], b->pumps[p].sine, sine);
+    return sine;
+}
+
+SV_INLINE sv_wide sv_cycle_of(const sv_block *b, int32_t row)
+{
+    if (!b->uses)
+        return b->pumps[b->pump_count > 1 ? row : 0].cycle;
+    sv_wide cycle = b->pumps[0].cycle;
+    for (int32_t p = 1; p < b->pump_count; p++)
+        cycle = sv_select(b->uses[row * b->pump_count + p], b->pumps[p].cycle, cycle);
+    return cycle;
 }
 
 static void sv_pump_step(sv_block *b)
 {
     sv_mask running = sv_ge(b->time, b->settle_time);
+    bool next = false;
     for (int32_t i = 0; i < b->pump_count; i++) {
         sv_pump *p = &b->pumps[i];
         sv_wide turns = b->frequency * b->time + p->phase;
@@ -54,13 +87,9 @@ static void sv_pump_step(sv_block *b)
         if (b->batch->cycles == 1)
             continue;
         sv_wide cycle = sv_floor(turns) - p->first_turn;
-        if (!sv_any(sv_gt(cycle, p->cycle)))
-            continue;
+        next = next || sv_any(sv_gt(cycle, p->cycle));
         p->cycle = cycle;
-        if (b->pump_count > 1)
-            sv_load_strain(b, i, cycle);
-        else
-            for (int32_t v = 0; v < b->body.voxels; v++)
-                sv_load_strain(b, v, cycle);
     }
+    for (int32_t row = 0; next && row < b->rows; row++)
+        sv_load_strain(b, row, sv_cycle_of(b, row));
 }

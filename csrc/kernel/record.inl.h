@@ -12,9 +12,11 @@ static void sv_centre_of_mass(const sv_block *b, int lane, double centre[3])
     for (int32_t v = 0; v < b->body.voxels; v++) {
         if (!sv_lane_has(b, lane, v))
             continue;
-        x += b->voxels[v].place.x[lane];
-        y += b->voxels[v].place.y[lane];
-        z += b->voxels[v].place.z[lane];
+        const sv_seat seat = sv_seat_of(b, lane, v);
+        const sv_vec3 *place = &b->voxels[seat.row].pose.place;
+        x += place->x[seat.lane];
+        y += place->y[seat.lane];
+        z += place->z[seat.lane];
     }
     centre[0] = x / b->voxel_count[lane];
     centre[1] = y / b->voxel_count[lane];
@@ -77,18 +79,20 @@ static bool sv_lane_is_finite(const sv_block *b, int lane)
     for (int32_t v = 0; v < b->body.voxels; v++) {
         if (!sv_lane_has(b, lane, v))
             continue;
-        const sv_voxel *x = &b->voxels[v];
-        const sv_vec3 *of[] = {&x->place, &x->velocity, &x->spin, &x->turn.v};
+        const sv_seat seat = sv_seat_of(b, lane, v);
+        const sv_voxel *x = &b->voxels[seat.row];
+        const sv_vec3 *of[] = {&x->pose.place, &x->velocity, &x->spin, &x->pose.turn.v};
         for (int i = 0; i < 4; i++)
-            sum += 0.0 * of[i]->x[lane] + 0.0 * of[i]->y[lane] + 0.0 * of[i]->z[lane];
-        sum += 0.0 * x->turn.w[lane] + 0.0 * x->edge[lane];
+            sum += 0.0 * of[i]->x[seat.lane] + 0.0 * of[i]->y[seat.lane] + 0.0 * of[i]->z[seat.lane];
+        sum += 0.0 * x->pose.turn.w[seat.lane] + 0.0 * x->pose.edge[seat.lane];
     }
     return sum == 0.0;
 }
 
 static void sv_record_status(sv_block *b, int lane)
 {
-    if (sv_lane(b->diverged, lane) || !sv_lane_is_finite(b, lane))
+    const bool torn = b->is_across ? sv_any(b->diverged) : sv_lane(b->diverged, lane);
+    if (torn || !sv_lane_is_finite(b, lane))
         b->results->status[b->design[lane]] = SV_DIVERGED;
 }
 
@@ -101,9 +105,11 @@ static void sv_record_frame(const sv_block *b, int lane, int32_t row)
     for (int32_t v = 0; v < b->body.voxels; v++) {
         if (!sv_lane_has(b, lane, v))
             continue;
-        const sv_voxel *x = &b->voxels[v];
-        const double values[8] = {x->place.x[lane],  x->place.y[lane],  x->place.z[lane],  x->turn.w[lane],
-                                  x->turn.v.x[lane], x->turn.v.y[lane], x->turn.v.z[lane], x->edge[lane]};
+        const sv_seat seat = sv_seat_of(b, lane, v);
+        const sv_pose *x = &b->voxels[seat.row].pose;
+        const double values[8] = {x->place.x[seat.lane],  x->place.y[seat.lane],  x->place.z[seat.lane],
+                                  x->turn.w[seat.lane],   x->turn.v.x[seat.lane], x->turn.v.y[seat.lane],
+                                  x->turn.v.z[seat.lane], x->edge[seat.lane]};
         for (int i = 0; i < 8; i++)
             frame[(size_t)b->body.site[v] * 8 + (size_t)i] = values[i];
     }

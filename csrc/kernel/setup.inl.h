@@ -1,26 +1,87 @@
 /* Fills a block with its designs at rest. */
 #pragma once
 
-#include "block.inl.h"
-#include "pump.inl.h"
+#include "across.inl.h"
+#include "contact.inl.h"
 #include "record.inl.h"
 
-/* All memory that any block of the batch needs. */
-static void sv_block_take(sv_block *b, const sv_batch *batch, sv_arena *arena)
+#include <string.h>
+
+#define SV_PAIRS_PER_VOXEL 8 /* of one body across the lanes that are listed at once */
+
+/* A row of the plan whose second place says so has one design, across the lanes. */
+static bool sv_is_across(const int32_t *order)
 {
-    sv_lattice lattice = sv_lattice_of(batch);
-    size_t sites = (size_t)sv_sites(lattice), links = (size_t)sv_most_links(lattice), pairs = sites * (sites - 1) / 2;
-    sv_body_take(&b->body, lattice, arena);
-    b->has_voxel = sv_take(arena, sites, sizeof *b->has_voxel);
-    b->has_link = sv_take(arena, links, sizeof *b->has_link);
-    b->voxels = sv_take(arena, sites, sizeof *b->voxels);
-    b->memory = sv_take(arena, links, sizeof *b->memory);
-    b->effect = sv_take(arena, links, sizeof *b->effect);
-    b->pumps = sv_take(arena, sites, sizeof *b->pumps);
-    b->contacts.pair = sv_take(arena, pairs, sizeof *b->contacts.pair);
-    b->contacts.spare = sv_take(arena, pairs, sizeof *b->contacts.spare);
-    b->contacts.push = sv_take(arena, sites, sizeof *b->contacts.push);
-    b->contacts.vicinity = sv_take(arena, SV_LANES * sites, sizeof *b->contacts.vicinity);
+    return order[1] == SV_ACROSS;
+}
+
+/* Marks the sites that any design of a row of the plan occupies. */
+static void sv_unite_designs(const sv_batch *batch, const int32_t *order, uint8_t *occupied)
+{
+    const size_t sites = (size_t)sv_sites(sv_lattice_of(batch));
+    memset(occupied, 0, sites);
+    for (int lane = 0; lane < SV_LANES; lane++)
+        for (size_t s = 0; order[lane] >= 0 && s < sites; s++)
+            occupied[s] |= batch->digits[(size_t)order[lane] * sites + s];
+}
+
+static void sv_surface_take(sv_surface *s, int32_t voxels, sv_arena *arena)
+{
+    const size_t cells = sv_most_cells(voxels), points = (size_t)voxels;
+    s->point = sv_take(arena, points, sizeof *s->point);
+    s->first = sv_take(arena, cells + 1, sizeof *s->first);
+    s->filled = sv_take(arena, cells, sizeof *s->filled);
+    s->row = sv_take(arena, points / SV_LANES + cells, sizeof *s->row);
+    s->found = sv_take(arena, points, sizeof *s->found);
+}
+
+static void sv_contacts_take(sv_contacts *c, int32_t rows, int32_t voxels, bool is_across, sv_arena *arena)
+{
+    c->room = is_across ? SV_PAIRS_PER_VOXEL * voxels : voxels * (voxels - 1) / 2;
+    c->pair = sv_take(arena, (size_t)c->room, sizeof *c->pair);
+    c->spare = is_across ? c->pair : sv_take(arena, (size_t)c->room, sizeof *c->pair);
+    c->push = sv_take(arena, (size_t)rows, sizeof *c->push);
+    c->pushed = sv_take(arena, (size_t)rows, sizeof *c->pushed);
+    c->vicinity = sv_take(arena, (size_t)voxels * (is_across ? 1 : SV_LANES), sizeof *c->vicinity);
+    sv_surface_take(&c->surface, voxels, arena);
+}
+
+static void sv_across_take(sv_across *x, int32_t rows, sv_size size, sv_arena *arena)
+{
+    const size_t seats = (size_t)rows * SV_LANES;
+    x->link_rows = (size.links + SV_LANES - 1) / SV_LANES;
+    /* Between the first link that ends at a row of voxels and the last that starts there. */
+    for (x->lines = SV_LANES; x->lines < 3 * (size.layer + SV_LANES) + SV_LANES && x->lines < x->link_rows * SV_LANES;)
+        x->lines *= 2;
+    x->link = sv_take(arena, (size_t)x->link_rows, sizeof *x->link);
+    x->links_end = sv_take(arena, (size_t)rows, sizeof *x->links_end);
+    x->pose = sv_take(arena, seats, sizeof *x->pose);
+    x->effect = sv_take(arena, 2 * (size_t)x->lines + 1, sizeof *x->effect);
+    x->adds = sv_take(arena, seats, sizeof *x->adds);
+}
+
+/* The memory of a block, `size` being that of all its designs together. */
+static void sv_block_take(sv_block *b, const sv_batch *batch, sv_size size, bool is_across, sv_arena *arena)
+{
+    const int32_t rows = is_across ? (size.voxels + SV_LANES - 1) / SV_LANES : size.voxels;
+    const size_t links = (size_t)size.links, pumps = batch->phase ? (size_t)rows : 1;
+    sv_body_take(&b->body, size, arena);
+    b->rows = rows;
+    b->is_across = is_across;
+    b->voxel_at = sv_take(arena, (size_t)size.sites, sizeof *b->voxel_at);
+    b->has_voxel = sv_take(arena, (size_t)rows, sizeof *b->has_voxel);
+    b->voxels = sv_take(arena, (size_t)rows, sizeof *b->voxels);
+    b->pumps = sv_take(arena, pumps > SV_FEW_PUMPS ? pumps : SV_FEW_PUMPS, sizeof *b->pumps);
+    sv_contacts_take(&b->contacts, rows, size.voxels, is_across, arena);
+    if (is_across) {
+        sv_across_take(&b->across, rows, size, arena);
+        b->memory = sv_take(arena, (size_t)b->across.link_rows, sizeof *b->memory);
+    } else {
+        b->memory = sv_take(arena, links, sizeof *b->memory);
+        b->effect = sv_take(arena, links, sizeof *b->effect);
+        b->has_link = sv_take(arena, links, sizeof *b->has_link);
+        b->can_use = sv_take(arena, batch->phase ? (size_t)rows * SV_FEW_PUMPS : 0, sizeof *b->can_use);
+    }
 }
 
 static const uint8_t *sv_digits_of(const sv_block *b, int lane)
@@ -52,7 +113,7 @@ static int sv_assign_designs(sv_block *b, const int32_t *order)
 {
     int valid = -1;
     for (int lane = 0; lane < SV_LANES; lane++) {
-        b->design[lane] = order[lane];
+        b->design[lane] = order[lane] >= 0 ? order[lane] : -1;
         if (order[lane] >= 0 && !sv_is_runnable(b->batch, order[lane])) {
             b->results->status[order[lane]] = SV_DIVERGED;
             b->design[lane] = -1;
@@ -104,99 +165,167 @@ static void sv_build_bodies(sv_block *b, const uint8_t *digits[SV_LANES], uint8_
             occupied[s] |= digits[lane][s];
         }
     }
-    sv_body_build(&b->body, lattice, occupied);
-    for (int32_t v = 0; v < b->body.voxels; v++) {
+    sv_body_build(&b->body, lattice, occupied, b->voxel_at);
+    for (int32_t row = 0; row < b->rows; row++) {
         uint32_t bits = 0;
-        for (int lane = 0; lane < SV_LANES; lane++)
-            bits |= (uint32_t)(digits[lane][b->body.site[v]] != 0) << lane;
-        b->has_voxel[v] = sv_mask_of(bits);
+        for (int lane = 0; lane < SV_LANES; lane++) {
+            const int32_t v = b->is_across ? row * SV_LANES + lane : row;
+            bits |= (uint32_t)(v < b->body.voxels && digits[lane][b->body.site[v]] != 0) << lane;
+        }
+        b->has_voxel[row] = sv_mask_of(bits);
     }
-    for (int32_t l = 0; l < b->body.links; l++)
+    for (int32_t l = 0; !b->is_across && l < b->body.links; l++)
         b->has_link[l] = b->has_voxel[b->body.link[l].a] & b->has_voxel[b->body.link[l].b];
 }
 
-static bool sv_any_may_collide(const sv_block *b, int lane)
+/* Lays the links of one body across the lanes, and says which lines each voxel adds up. */
+static void sv_set_across(sv_block *b)
 {
-    const sv_vicinity *vicinity = sv_vicinity_of(b, lane);
-    for (int32_t i = 0; i < b->body.voxels; i++)
-        for (int32_t j = i + 1; j < b->body.voxels; j++)
-            if (sv_may_collide(vicinity, b->body.site[i], b->body.site[j]))
-                return true;
-    return false;
+    sv_across *x = &b->across;
+    const sv_body *body = &b->body;
+    for (int32_t row = 0; row < x->link_rows; row++) {
+        uint32_t y = 0, z = 0;
+        for (int lane = 0; lane < SV_LANES; lane++) {
+            const int32_t i = row * SV_LANES + lane;
+            const sv_link *link = &body->link[i < body->links ? i : body->links - 1];
+            x->link[row].a[lane] = link->a, x->link[row].b[lane] = link->b;
+            y |= (uint32_t)(link->axis == 1) << lane;
+            z |= (uint32_t)(link->axis == 2) << lane;
+        }
+        x->link[row].along_y = sv_mask_of(y), x->link[row].along_z = sv_mask_of(z);
+    }
+    for (int32_t v = 0; v < b->rows * SV_LANES; v++) {
+        const sv_joints joints = v < body->voxels ? body->joints[v] : (sv_joints){.starting = 0};
+        for (int32_t i = 0; i < 6; i++) {
+            const bool starts = i < joints.starting, ends = i >= 3 && i - 3 < joints.ending;
+            const int32_t link = starts ? joints.first + i : ends ? joints.end[i - 3] : 0;
+            const int32_t line = link & (x->lines - 1);
+            x->adds[v][i] = starts ? line : ends ? x->lines + line : 2 * x->lines;
+        }
+    }
+    for (int32_t row = 0; row < b->rows; row++) {
+        const int32_t last = (row + 1) * SV_LANES < body->voxels ? (row + 1) * SV_LANES : body->voxels;
+        const int32_t links = body->joints[last - 1].first + body->joints[last - 1].starting;
+        x->links_end[row] = (links + SV_LANES - 1) / SV_LANES;
+    }
+    memset(&x->effect[2 * x->lines], 0, sizeof *x->effect);
 }
 
 static void sv_set_contacts(sv_block *b, const uint8_t *digits[SV_LANES])
 {
-    b->contacts.count = 0;
-    b->contacts.lanes = 0;
-    b->contacts.travel = sv_splat(0);
-    bool described = false;
+    sv_contacts *contacts = &b->contacts;
+    contacts->count = contacts->listed = contacts->surface.count = 0;
+    contacts->is_whole = true;
+    contacts->lanes = 0;
+    contacts->travel = sv_splat(0);
+    for (int32_t row = 0; row < b->rows; row++)
+        contacts->push[row] = sv_zero3(), contacts->pushed[row] = 0;
+    bool described = false, can_collide = false;
     for (int lane = 0; lane < SV_LANES; lane++) {
         if (b->design[lane] < 0)
             continue;
         if (b->masked || !described)
-            sv_vicinities(sv_lattice_of(b->batch), digits[lane], sv_vicinity_of(b, lane));
+            can_collide = sv_vicinities(sv_lattice_of(b->batch), &b->body, digits[lane], sv_vicinity_of(b, lane));
         described = true;
-        b->contacts.lanes |= (uint32_t)sv_any_may_collide(b, lane) << lane;
+        contacts->lanes |= (uint32_t)can_collide << lane;
     }
 }
 
 static void sv_set_voxels(sv_block *b)
 {
     const double L = b->batch->edge;
-    const int32_t nx = b->batch->nx, ny = b->batch->ny;
-    for (int32_t v = 0; v < b->body.voxels; v++) {
-        const int32_t site = b->body.site[v];
-        sv_voxel *x = &b->voxels[v];
-        x->place = (sv_vec3){sv_splat((site % nx + 0.5) * L), sv_splat((site / nx % ny + 0.5) * L),
-                             sv_splat((site / nx / ny + 0.5) * L)};
+    for (int32_t row = 0; row < b->rows; row++) {
+        sv_voxel *x = &b->voxels[row];
+        for (int lane = 0; lane < SV_LANES; lane++) {
+            const int32_t v = b->is_across ? row * SV_LANES + lane : row, last = b->body.voxels - 1;
+            const sv_place place = b->body.place[v < last ? v : last];
+            x->pose.place.x[lane] = (place.x + 0.5) * L;
+            x->pose.place.y[lane] = (place.y + 0.5) * L;
+            x->pose.place.z[lane] = (place.z + 0.5) * L;
+        }
         x->velocity = x->spin = sv_zero3();
-        x->turn = (sv_quat){sv_splat(1), sv_zero3()};
-        x->axes = sv_matrix(x->turn);
-        x->edge = sv_splat(L);
+        x->pose.turn = (sv_quat){sv_splat(1), sv_zero3()};
+        x->pose.edge = sv_splat(L);
         x->strain = sv_splat(0);
-        sv_load_strain(b, v, sv_splat(0));
+        sv_load_strain(b, row, sv_splat(0));
+        if (b->is_across)
+            sv_write_pose(b, row);
     }
-    for (int32_t l = 0; l < b->body.links; l++)
-        b->memory[l] = (sv_link_memory){sv_zero3(), sv_zero3(), sv_zero3(), sv_mask_of(0)};
+    const int32_t link_rows = b->is_across ? b->across.link_rows : b->body.links;
+    for (int32_t row = 0; row < link_rows; row++)
+        b->memory[row] = (sv_link_memory){sv_zero3(), sv_zero3(), sv_zero3(), sv_mask_of(0)};
 }
 
-static double sv_phase_of(const sv_block *b, int lane, int32_t v)
+/* The phase of the voxel that a lane of a row has; 0 where nothing actuates it. */
+static double sv_phase_of(const sv_block *b, int32_t row, int lane, bool *active)
 {
-    const size_t site = (size_t)b->body.site[v];
-    if (!b->batch->phase || b->design[lane] < 0 || sv_digits_of(b, lane)[site] != 2)
+    size_t design, sites = (size_t)sv_sites(sv_lattice_of(b->batch));
+    int32_t voxel;
+    *active = false;
+    if (!b->batch->phase || !sv_resident(b, row, lane, &design, &voxel))
         return 0;
-    return b->batch->phase[(size_t)b->design[lane] * (size_t)sv_sites(sv_lattice_of(b->batch)) + site];
+    const size_t at = design * sites + (size_t)b->body.site[voxel];
+    *active = b->batch->digits[at] == 2;
+    return *active ? b->batch->phase[at] : 0;
 }
 
-/* Whether all active voxels of a lane have one phase, and which. */
-static bool sv_has_one_phase(const sv_block *b, int lane, double *phase)
+/* Gives each lane the pumps of its own different phases. Returns how many there are; none where a lane has too many. */
+static int32_t sv_share_pumps(sv_block *b)
 {
-    bool found = false;
-    *phase = 0;
-    for (int32_t v = 0; v < b->body.voxels && b->design[lane] >= 0; v++) {
-        if (sv_digits_of(b, lane)[b->body.site[v]] != 2)
-            continue;
-        if (found && sv_phase_of(b, lane, v) != *phase)
-            return false;
-        *phase = sv_phase_of(b, lane, v);
-        found = true;
+    int32_t most = 1;
+    for (int lane = 0; lane < SV_LANES; lane++) {
+        int32_t count = 0;
+        for (int32_t row = 0; row < b->rows; row++) {
+            bool active, known = false;
+            const double phase = sv_phase_of(b, row, lane, &active);
+            for (int32_t p = 0; p < count; p++)
+                known = known || b->pumps[p].phase[lane] == phase;
+            if (!active || known)
+                continue;
+            if (count == SV_FEW_PUMPS)
+                return 0;
+            b->pumps[count++].phase[lane] = phase;
+        }
+        for (int32_t p = count; p < SV_FEW_PUMPS; p++)
+            b->pumps[p].phase[lane] = count ? b->pumps[0].phase[lane] : 0;
+        most = count > most ? count : most;
     }
-    return true;
+    return most;
 }
 
-/* One pump for all voxels where no lane has two phases, else one for each voxel. */
+/* Which lanes of a row the pumps drive, as they are shared. */
+static void sv_choose_pumps(sv_block *b, int32_t row)
+{
+    for (int32_t p = 0; p < b->pump_count; p++) {
+        uint32_t lanes = 0;
+        for (int lane = 0; lane < SV_LANES; lane++) {
+            bool active;
+            const double phase = sv_phase_of(b, row, lane, &active);
+            lanes |= (uint32_t)(active && phase == b->pumps[p].phase[lane]) << lane;
+        }
+        b->uses[row * b->pump_count + p] = sv_mask_of(lanes);
+    }
+}
+
+/* One pump for all where no lane has two phases; a few that rows choose from; or one per row, as across the lanes. */
 static void sv_set_pumps(sv_block *b)
 {
-    double phase[SV_LANES];
-    bool shared = true;
-    for (int lane = 0; lane < SV_LANES; lane++)
-        shared = sv_has_one_phase(b, lane, &phase[lane]) && shared;
-    b->pump_count = shared ? 1 : b->body.voxels;
+    bool active;
+    b->uses = NULL;
+    b->pump_count = sv_share_pumps(b);
+    const bool one_body = b->is_across && b->batch->phase;
+    if (b->pump_count > 1 && !one_body) {
+        b->uses = b->can_use;
+        for (int32_t row = 0; row < b->rows; row++)
+            sv_choose_pumps(b, row);
+    } else if (b->pump_count != 1 || one_body) {
+        b->pump_count = b->rows;
+        for (int32_t row = 0; row < b->rows; row++)
+            for (int lane = 0; lane < SV_LANES; lane++)
+                b->pumps[row].phase[lane] = sv_phase_of(b, row, lane, &active);
+    }
     for (int32_t i = 0; i < b->pump_count; i++) {
         sv_pump *p = &b->pumps[i];
-        for (int lane = 0; lane < SV_LANES; lane++)
-            p->phase[lane] = shared ? phase[lane] : sv_phase_of(b, lane, i);
         p->first_turn = sv_floor(b->frequency * b->settle_time + p->phase + SV_CYCLE_SLACK);
         p->cycle = sv_splat(0);
     }
@@ -213,7 +342,8 @@ static void sv_set_clocks(sv_block *b)
     }
 }
 
-/* Sets up the designs of one row of the plan. Returns false where none of them can run. */
+/* Sets up the designs of a row of the plan, in memory that sv_block_take has taken. Returns false where none of them
+ * can run. */
 static bool sv_set_block(sv_block *b, const int32_t *order, uint8_t *occupied)
 {
     int valid = sv_assign_designs(b, order);
@@ -235,6 +365,8 @@ static bool sv_set_block(sv_block *b, const int32_t *order, uint8_t *occupied)
         for (int32_t v = 0; v < b->body.voxels; v++)
             b->voxel_count[lane] += sv_lane_has(b, lane, v);
     }
+    if (b->is_across)
+        sv_set_across(b);
     sv_set_contacts(b, digits);
     sv_set_voxels(b);
     sv_set_pumps(b);

@@ -1,27 +1,7 @@
 /* What the world does to a voxel, and how it moves. physics.md 6 */
 #pragma once
 
-#include "block.inl.h"
-
-/* Force and moment on voxel `v` from its links. */
-SV_INLINE void sv_gather(const sv_block *b, int32_t v, sv_vec3 *force, sv_vec3 *moment)
-{
-    const sv_joints *joints = &b->body.joints[v];
-    sv_vec3 f = sv_zero3(), m = sv_zero3();
-    int32_t i = 0;
-    for (; i < joints->as_a; i++) {
-        const sv_link_effect *e = &b->effect[joints->link[i]];
-        f = sv_add3(f, e->force);
-        m = sv_sub3(m, e->moment_a);
-    }
-    for (; i < joints->as_a + joints->as_b; i++) {
-        const sv_link_effect *e = &b->effect[joints->link[i]];
-        f = sv_sub3(f, e->force);
-        m = sv_sub3(m, e->moment_b);
-    }
-    *force = f;
-    *moment = m;
-}
+#include "pump.inl.h"
 
 /* The floor on a voxel sunk into it by `depth`: normal force, damping, Coulomb friction and interfacial
  * shear. physics.md 6.2, with N mu replaced by N mu + tau s^2 (Majidi et al. 2013). */
@@ -90,27 +70,28 @@ SV_INLINE sv_wide sv_pumped_edge(sv_wide edge, sv_wide strain, sv_wide sine, con
     return target;
 }
 
-SV_INLINE void sv_voxel_step(sv_block *b, int32_t v)
+/* Moves a row of voxels, given force and moment from their links. */
+SV_INLINE void sv_voxel_step(sv_block *b, int32_t row, sv_vec3 force, sv_vec3 moment)
 {
     const sv_coefficients *k = &b->k;
-    sv_voxel *x = &b->voxels[v];
-    sv_vec3 force, moment;
-    sv_gather(b, v, &force, &moment);
-    if (b->contacts.count)
-        force = sv_add3(force, b->contacts.push[v]);
+    sv_voxel *x = &b->voxels[row];
+    if (b->contacts.pushed[row]) {
+        force = sv_add3(force, b->contacts.push[row]);
+        b->contacts.push[row] = sv_zero3();
+        b->contacts.pushed[row] = 0;
+    }
     force = sv_add3(sv_sub3(force, sv_scale3(k->drag, x->velocity)), k->weight);
 
+    sv_pose *pose = &x->pose;
     sv_vec3 velocity = x->velocity;
-    sv_wide depth = 0.5 * x->edge - x->place.z;
+    sv_wide depth = 0.5 * pose->edge - pose->place.z;
     sv_mask touching = sv_gt(depth, sv_splat(0));
     if (sv_any(touching))
-        sv_floor_contact(k, touching, depth, x->edge, &force, &velocity);
+        sv_floor_contact(k, touching, depth, pose->edge, &force, &velocity);
 
     x->velocity = sv_add3(velocity, sv_scale3(k->dt_over_mass, force));
-    x->place = sv_add3(x->place, sv_scale3(k->dt, x->velocity));
+    pose->place = sv_add3(pose->place, sv_scale3(k->dt, x->velocity));
     x->spin = sv_scale3(k->spin_keep, sv_add3(x->spin, sv_scale3(k->dt_over_inertia, moment)));
-    x->turn = sv_turn(x->turn, x->spin, k->half_dt);
-    x->axes = sv_matrix(x->turn);
-    const sv_pump *p = &b->pumps[b->pump_count > 1 ? v : 0];
-    x->edge = sv_pumped_edge(x->edge, x->strain, p->sine, b->batch);
+    pose->turn = sv_turn(pose->turn, x->spin, k->half_dt);
+    pose->edge = sv_pumped_edge(pose->edge, x->strain, sv_sine_of(b, row), b->batch);
 }

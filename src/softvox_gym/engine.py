@@ -174,6 +174,7 @@ def run(
     threads: int | None = None,
     isa: str | None = None,
     progress: Progress | None = None,
+    seating: str = "by_time",
 ) -> Output:
     """Simulate a batch: one crossing into C per thread.
 
@@ -193,8 +194,10 @@ def run(
     c_batch = _c_batch(batch)
     order = np.empty((n, lib.sv_isa_lanes(code)), dtype=np.int32)
     pointer = ffi.cast("int32_t *", order.ctypes.data)
-    plan = ffi.new("sv_plan *", {"lanes": order.shape[1], "order": pointer})
-    _expect_done(lib.sv_plan_batch(c_batch, plan, _memory(lib.sv_plan_scratch(c_batch))))
+    seats = getattr(lib, f"SV_{seating.upper()}")
+    plan = ffi.new("sv_plan *", {"lanes": order.shape[1], "order": pointer, "seating": seats})
+    scratch = _memory(lib.sv_plan_scratch(c_batch))
+    _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
     output = Output(
         status=np.zeros(n, dtype=np.int32),
         steps=np.zeros(n, dtype=np.int32),
@@ -205,7 +208,7 @@ def run(
     )
     arrays = {name: ffi.cast("void *", array.ctypes.data) for name, array in vars(output).items()}
     results, shared = ffi.new("sv_results *", arrays), ffi.new("sv_progress *")
-    size = lib.sv_workspace_bytes(c_batch, code)
+    size = lib.sv_workspace_bytes(c_batch, plan, code, scratch)
     codes: list[int] = []
 
     def work() -> None:
