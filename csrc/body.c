@@ -1,7 +1,5 @@
 #include "body.h"
 
-#include <stdlib.h>
-
 static const sv_place sv_axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 static const int32_t sv_near_reach = 3; /* links; physics.md 5 */
@@ -84,19 +82,6 @@ void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, i
     }
 }
 
-/* The bit of sv_vicinity.near for a site this far away, or -1 where it is farther than 3 steps or not later. */
-static int32_t sv_near_bit(sv_place d)
-{
-    static const int8_t row[4][7] = {/* of z, y + 3: the bit of x = 0 */
-                                     {-1, -1, -1, -1, 5, 9, 11},
-                                     {-1, 12, 14, 18, 22, 24, -1},
-                                     {-1, -1, 25, 27, 29, -1, -1},
-                                     {-1, -1, -1, 30, -1, -1, -1}};
-    const int32_t steps = abs(d.x) + abs(d.y) + abs(d.z);
-    const bool later = d.z > 0 || (d.z == 0 && (d.y > 0 || (d.y == 0 && d.x > 0)));
-    return steps <= sv_near_reach && later ? row[d.z][d.y + 3] + d.x : -1;
-}
-
 /* Adds to the vicinity of `start` all later sites that are at most `links` further links away from `here`. */
 static void sv_walk(sv_lattice l, const uint8_t *digits, sv_place start, sv_place here, int32_t links, uint32_t *near)
 {
@@ -106,7 +91,7 @@ static void sv_walk(sv_lattice l, const uint8_t *digits, sv_place start, sv_plac
             continue;
         sv_place next = here;
         *(way < 2 ? &next.x : way < 4 ? &next.y : &next.z) += way % 2 ? -1 : 1;
-        const int32_t bit = sv_near_bit((sv_place){next.x - start.x, next.y - start.y, next.z - start.z});
+        const int32_t bit = sv_near_bit(next.x - start.x, next.y - start.y, next.z - start.z);
         if (bit >= 0)
             *near |= 1u << bit;
         if (links > 1)
@@ -134,14 +119,7 @@ bool sv_vicinities(sv_lattice lattice, const sv_body *body, const uint8_t *digit
     }
     for (int32_t a = 0; a < body->voxels; a++) /* found at once, but in the smallest bodies */
         for (int32_t b = body->voxels - 1; b > a; b--)
-            if (sv_may_collide(body, vicinity, a, b))
+            if (vicinity[a].on_surface && vicinity[b].on_surface && !sv_is_near(body, vicinity, a, b))
                 return true;
     return false;
-}
-
-bool sv_may_collide(const sv_body *body, const sv_vicinity *vicinity, int32_t a, int32_t b)
-{
-    const sv_place p = body->place[a], q = body->place[b];
-    const int32_t bit = sv_near_bit((sv_place){q.x - p.x, q.y - p.y, q.z - p.z});
-    return vicinity[a].on_surface && vicinity[b].on_surface && !(bit >= 0 && vicinity[a].near >> bit & 1);
 }

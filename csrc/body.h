@@ -60,5 +60,23 @@ typedef struct {
 /* Fills in vicinity[v] for the voxels of the body that a design has. Returns whether any two can collide. */
 bool sv_vicinities(sv_lattice lattice, const sv_body *body, const uint8_t *digits, sv_vicinity *vicinity);
 
-/* Whether voxels a < b can collide at all. */
-bool sv_may_collide(const sv_body *body, const sv_vicinity *vicinity, int32_t a, int32_t b);
+/* The bit of sv_vicinity.near for a site this far away, or -1 where it is farther than 3 steps or not later. */
+static inline int32_t sv_near_bit(int32_t x, int32_t y, int32_t z)
+{
+    static const int8_t row[4][7] = {/* of z, y + 3: the bit of x = 0 */
+                                     {-1, -1, -1, -1, 5, 9, 11},
+                                     {-1, 12, 14, 18, 22, 24, -1},
+                                     {-1, -1, 25, 27, 29, -1, -1},
+                                     {-1, -1, -1, 30, -1, -1, -1}};
+    const int32_t steps = (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
+    const bool later = z > 0 || (z == 0 && (y > 0 || (y == 0 && x > 0)));
+    return steps <= 3 && later ? row[z][y + 3] + x : -1;
+}
+
+/* Whether links lead from voxel a in at most 3 steps to a later one. */
+static inline bool sv_is_near(const sv_body *body, const sv_vicinity *vicinity, int32_t a, int32_t b)
+{
+    const sv_place p = body->place[a], q = body->place[b];
+    const int32_t bit = sv_near_bit(q.x - p.x, q.y - p.y, q.z - p.z);
+    return bit >= 0 && vicinity[a].near >> bit & 1;
+}

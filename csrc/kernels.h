@@ -5,8 +5,9 @@
 
 #define SV_MOST_LANES 8
 
-#define SV_MOST_APART 512 /* voxels of a block whose designs have a lane each: the room for its pairs is their square  \
-                           */
+#define SV_MOST_APART                                                                                                  \
+    512 /* voxels of a block whose designs have a lane each: the room for its pairs is their square                    \
+         */
 
 #define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
 

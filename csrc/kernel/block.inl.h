@@ -67,19 +67,20 @@ typedef struct {
     uint32_t bucket; /* of that cell */
 } sv_point;
 
-/* SV_LANES points of one cell, or fewer. */
+/* SV_LANES points of one cell, or fewer, in order. */
 typedef struct {
     sv_vec3 place; /* NaN where there is no point */
-    int32_t point[SV_LANES];
+    int32_t point[SV_LANES], last;
 } sv_cell_row;
 
 typedef struct {
     sv_point *point;
     int32_t count;
     double cell_edge; /* m */
-    uint32_t cells;   /* a power of two: cells of space share them */
-    int32_t *first;   /* [cells + 1] rows of each */
-    int32_t *filled;  /* [cells] places taken */
+    uint8_t bits[3];  /* cells each way are powers of two */
+    uint32_t cells;
+    int32_t *first;  /* [cells + 1] rows of each */
+    int32_t *filled; /* [cells] places taken */
     sv_cell_row *row;
     int32_t *found; /* [voxels] the partners of one point */
 } sv_surface;

@@ -27,7 +27,7 @@ static void sv_unite_designs(const sv_batch *batch, const int32_t *order, uint8_
 
 static void sv_surface_take(sv_surface *s, int32_t voxels, sv_arena *arena)
 {
-    const size_t cells = sv_most_cells(voxels), points = (size_t)voxels;
+    const size_t cells = sv_set_bits(voxels, s->bits), points = (size_t)voxels;
     s->point = sv_take(arena, points, sizeof *s->point);
     s->first = sv_take(arena, cells + 1, sizeof *s->first);
     s->filled = sv_take(arena, cells, sizeof *s->filled);

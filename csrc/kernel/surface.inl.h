@@ -17,31 +17,38 @@ static int32_t sv_cell_of(double place, double edge)
     return cell > -SV_FAR_CELL ? (cell < SV_FAR_CELL ? (int32_t)cell : SV_FAR_CELL) : -SV_FAR_CELL;
 }
 
-static uint32_t sv_hash(const sv_surface *s, int32_t x, int32_t y, int32_t z)
+/* The cell of a place: space is folded into a box of cells, at least four each way, so that neighbours differ. */
+static uint32_t sv_fold(const sv_surface *s, int32_t x, int32_t y, int32_t z)
 {
-    return ((uint32_t)x * 0x8da6b343u ^ (uint32_t)y * 0xd8163841u ^ (uint32_t)z * 0xcb1ab31fu) >> 4 & (s->cells - 1);
+    const uint32_t along_x = (uint32_t)x & ((1u << s->bits[0]) - 1), along_y = (uint32_t)y & ((1u << s->bits[1]) - 1),
+                   along_z = (uint32_t)z & ((1u << s->bits[2]) - 1);
+    return along_x | (along_y | along_z << s->bits[1]) << s->bits[0];
 }
 
-static uint32_t sv_most_cells(int32_t points)
+/* How many times to halve space each way for so many points. Returns the cells. */
+static uint32_t sv_set_bits(int32_t points, uint8_t bits[3])
 {
-    uint32_t cells = 1;
-    while (points > SV_ONE_CELL && cells * SV_POINTS_PER_CELL < (uint32_t)points)
-        cells *= 2;
-    return cells;
+    uint32_t all = 0;
+    if (points > SV_ONE_CELL)
+        for (all = 6; (SV_POINTS_PER_CELL << all) < points;)
+            all++;
+    for (uint32_t i = 0; i < 3; i++)
+        bits[i] = (uint8_t)((all + 2 - i) / 3);
+    return 1u << all;
 }
 
 /* Puts the points into rows, cell by cell, each cell's in order. Cells are as wide as any point reaches, and a little
  * more for the rounding of their numbers. */
 static void sv_sort_into_cells(sv_surface *s)
 {
-    s->cells = sv_most_cells(s->count);
+    s->cells = sv_set_bits(s->count, s->bits);
     for (uint32_t c = 0; c <= s->cells; c++)
         s->first[c] = 0;
     for (int32_t p = 0; p < s->count; p++) {
         sv_point *point = &s->point[p];
         for (int i = 0; i < 3; i++)
             point->cell[i] = sv_cell_of(point->place[i], s->cell_edge);
-        point->bucket = sv_hash(s, point->cell[0], point->cell[1], point->cell[2]);
+        point->bucket = sv_fold(s, point->cell[0], point->cell[1], point->cell[2]);
         s->first[point->bucket + 1]++;
     }
     for (uint32_t c = 0; c < s->cells; c++) {
@@ -58,7 +65,7 @@ static void sv_sort_into_cells(sv_surface *s)
         row->place.x[lane] = point->place[0];
         row->place.y[lane] = point->place[1];
         row->place.z[lane] = point->place[2];
-        row->point[lane] = p;
+        row->point[lane] = row->last = p;
     }
 }
 
@@ -82,27 +89,6 @@ static void sv_take_surface(sv_block *b, int lane)
     }
     s->cell_edge *= 1 + 1e-6;
     sv_sort_into_cells(s);
-}
-
-/* Adds those of a cell's points that belong on the list with point p, and come after it. */
-SV_INLINE int32_t sv_search_cell(const sv_block *b, const sv_vicinity *vicinity, int32_t p, uint32_t cell,
-                                 int32_t count)
-{
-    const sv_surface *s = &b->contacts.surface;
-    const sv_point *a = &s->point[p];
-    const sv_vec3 place = {sv_splat(a->place[0]), sv_splat(a->place[1]), sv_splat(a->place[2])};
-    const sv_wide reach = sv_splat(SV_LIST_REACH * b->batch->edge), twice_edge = sv_splat(2.0 * a->edge);
-    for (int32_t row = s->first[cell]; row < s->first[cell + 1]; row++) {
-        const sv_vec3 r = sv_sub3(s->row[row].place, place);
-        const sv_wide square = sv_dot3(r, r);
-        uint32_t near = sv_bits(sv_lt(square, reach * reach) & sv_lt(square, twice_edge * twice_edge));
-        for (; near; near &= near - 1) {
-            const int32_t other = s->row[row].point[__builtin_ctz(near)];
-            if (other > p && sv_may_collide(&b->body, vicinity, a->voxel, s->point[other].voxel))
-                s->found[count++] = s->point[other].voxel;
-        }
-    }
-    return count;
 }
 
 static int sv_by_number(const void *left, const void *right)
@@ -129,21 +115,27 @@ static void sv_sort(int32_t *number, int32_t count)
 /* Finds the voxels that belong on the list with point p and come after it, in order. Returns how many there are. */
 static int32_t sv_find_partners(const sv_block *b, int lane, int32_t p)
 {
-    const sv_surface *s = &b->contacts.surface;
+    const sv_surface s = b->contacts.surface;
     const sv_vicinity *vicinity = sv_vicinity_of(b, lane);
-    if (s->cells == 1)
-        return sv_search_cell(b, vicinity, p, 0, 0);
-    const int32_t *cell = s->point[p].cell;
-    uint32_t searched[27];
-    int32_t count = 0, cells = 0;
-    for (int32_t way = 0; way < 27; way++) {
-        const uint32_t next = sv_hash(s, cell[0] + way % 3 - 1, cell[1] + way / 3 % 3 - 1, cell[2] + way / 9 - 1);
-        bool is_new = true;
-        for (int32_t i = 0; i < cells; i++)
-            is_new = is_new && searched[i] != next;
-        if (is_new)
-            count = sv_search_cell(b, vicinity, p, searched[cells++] = next, count);
+    const sv_point a = s.point[p];
+    const sv_vec3 place = {sv_splat(a.place[0]), sv_splat(a.place[1]), sv_splat(a.place[2])};
+    const double reach = SV_LIST_REACH * b->batch->edge, twice_edge = 2.0 * a.edge;
+    const sv_wide reach_squared = sv_splat(reach * reach), edge_squared = sv_splat(twice_edge * twice_edge);
+    int32_t count = 0;
+    for (int32_t way = 0; way < (s.cells > 1 ? 27 : 1); way++) {
+        const uint32_t cell =
+            sv_fold(&s, a.cell[0] + way % 3 - 1, a.cell[1] + way / 3 % 3 - 1, a.cell[2] + way / 9 - 1);
+        for (int32_t row = s.first[cell + 1] - 1; row >= s.first[cell] && s.row[row].last > p; row--) {
+            const sv_vec3 r = sv_sub3(s.row[row].place, place);
+            const sv_wide square = sv_dot3(r, r);
+            uint32_t near = sv_bits(sv_lt(square, reach_squared) & sv_lt(square, edge_squared));
+            for (; near; near &= near - 1) {
+                const int32_t other = s.row[row].point[__builtin_ctz(near)];
+                if (other > p && !sv_is_near(&b->body, vicinity, a.voxel, s.point[other].voxel))
+                    s.found[count++] = s.point[other].voxel;
+            }
+        }
     }
-    sv_sort(s->found, count);
+    sv_sort(s.found, count);
     return count;
 }
