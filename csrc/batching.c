@@ -9,7 +9,8 @@
 #include <string.h>
 
 typedef struct {
-    const uint8_t *digits; /* [sites] */
+    const uint8_t *digits;     /* [sites] */
+    const sv_parameters *pace; /* of a design that has to keep step with those of its block, or NULL */
     int32_t sites, design;
 } sv_entry;
 
@@ -46,7 +47,7 @@ typedef struct {
 /* Time per step, in one unit for all: of a row of voxels or links, a design per lane; of a masked link; and of a body
  * across the lanes. */
 static const int64_t sv_voxel_cost = 9, sv_link_cost = 27, sv_masked_link_cost = 30;
-static const int64_t sv_across_cost = 40, sv_across_voxel_cost = 15, sv_across_link_cost = 45;
+static const int64_t sv_across_cost = 10, sv_across_voxel_cost = 20, sv_across_link_cost = 45;
 
 static const int32_t sv_most_candidates = 256; /* groups tried to fill a block */
 
@@ -64,12 +65,32 @@ static void sv_planner_take(sv_planner *p, const sv_batch *batch, sv_arena *aren
     p->rows = sv_take(arena, n * SV_MOST_LANES, sizeof *p->rows);
 }
 
+static int sv_compare_numbers(double a, double b)
+{
+    return (a > b) - (a < b);
+}
+
+/* Orders designs by body plan, and those that have to keep step by their steps and cycles before. */
 static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
 {
+    if (a->pace) {
+        const sv_parameters *p = a->pace, *q = b->pace;
+        int order = sv_compare_numbers(p->time_step, q->time_step);
+        order = order ? order : sv_compare_numbers(p->frequency_hz, q->frequency_hz);
+        order = order ? order : sv_compare_numbers(p->duration, q->duration);
+        if (order)
+            return order;
+    }
     for (int32_t s = 0; s < a->sites; s++)
         if (!a->digits[s] != !b->digits[s])
             return a->digits[s] ? 1 : -1;
     return 0;
+}
+
+static bool sv_keeps_step(const sv_entry *a, const sv_entry *b)
+{
+    return !a->pace || (a->pace->time_step == b->pace->time_step && a->pace->frequency_hz == b->pace->frequency_hz &&
+                        a->pace->duration == b->pace->duration);
 }
 
 static int sv_by_plan(const void *left, const void *right)
@@ -122,13 +143,14 @@ static bool sv_is_empty(const uint8_t *digits, int32_t sites)
 }
 
 /* Sorts the designs by body plan; those without a voxel are not simulated. */
-static void sv_find_groups(sv_planner *p, int32_t lanes)
+static void sv_find_groups(sv_planner *p, const sv_plan *plan)
 {
     int32_t count = 0;
     for (int32_t design = 0; design < p->batch->n; design++) {
         const uint8_t *digits = p->batch->digits + (size_t)design * (size_t)p->sites;
         if (!sv_is_empty(digits, p->sites))
-            p->entries[count++] = (sv_entry){digits, p->sites, design};
+            p->entries[count++] =
+                (sv_entry){digits, plan->in_step ? &p->batch->parameters[design] : NULL, p->sites, design};
     }
     qsort(p->entries, (size_t)count, sizeof *p->entries, sv_by_plan);
     p->group_count = 0;
@@ -136,7 +158,7 @@ static void sv_find_groups(sv_planner *p, int32_t lanes)
         if (i > 0 && sv_compare_plans(&p->entries[i], &p->entries[i - 1]) == 0)
             p->groups[p->group_count - 1].count++;
         else
-            p->groups[p->group_count++] = sv_group_of(p, i, lanes);
+            p->groups[p->group_count++] = sv_group_of(p, i, plan->lanes);
     }
     qsort(p->groups, (size_t)p->group_count, sizeof *p->groups, sv_by_cost);
 }
@@ -190,7 +212,8 @@ static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room,
         if (candidate->count == 0)
             continue;
         tried++;
-        if (candidate->count > room)
+        if (candidate->count > room ||
+            !sv_keeps_step(&p->entries[p->groups[after].first - 1], &p->entries[candidate->first]))
             continue;
         memcpy(p->trial, p->joined, (size_t)p->sites);
         sv_unite(p->trial, p->entries[candidate->first].digits, p->sites);
@@ -250,7 +273,7 @@ int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch)
     sv_planner p;
     sv_planner_take(&p, batch, &arena);
     plan->blocks = 0;
-    sv_find_groups(&p, plan->lanes);
+    sv_find_groups(&p, plan);
     for (int32_t g = 0; g < p.group_count; g++) {
         while (p.groups[g].count >= plan->lanes) {
             sv_row row = {.voxels = p.groups[g].voxels, .cost = p.groups[g].cost};

@@ -3,6 +3,8 @@
 
 #include "softvox.h"
 
+#include <stdbool.h>
+
 #define SV_MOST_LANES 8
 
 #define SV_MOST_APART                                                                                                  \
@@ -14,9 +16,17 @@
 typedef struct {
     const char *name;
     int32_t lanes;
-    int64_t (*workspace_bytes)(const sv_batch *batch, const sv_plan *plan, uint8_t *scratch);
-    int32_t (*run)(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress,
-                   void *workspace);
+    /* What a block of a plan's row takes, with the help of a byte per site. */
+    int64_t (*bytes)(const sv_batch *batch, const int32_t *order, uint8_t *scratch);
+    /* Sets a block up in so much memory. */
+    void (*open)(const sv_batch *batch, const int32_t *order, sv_results *results, void *memory);
+    void (*close)(void *memory);
+    /* Gives voxels the strain and the phases that the batch has now. */
+    void (*actuate)(void *memory);
+    /* Runs on, at most so many steps and to the first time past until[design]. Returns false when it was cancelled. */
+    bool (*advance)(void *memory, const sv_progress *progress, const double *until, int32_t steps);
+    /* Copies what changes to where it is asked for, or from there. */
+    void (*copy)(void *memory, sv_state *state, bool out);
 } sv_kernel;
 
 extern const sv_kernel sv_kernel_portable, sv_kernel_avx2, sv_kernel_avx512;

@@ -83,6 +83,7 @@ typedef struct {
     int32_t lanes;
     int32_t blocks;
     int32_t seating; /* SV_BY_TIME, or the one to plan for all that can have it */
+    int32_t in_step; /* 1: a block's designs have the same time step, frequency and duration, so that they can pause */
     int32_t *order;  /* [n][lanes] */
 } sv_plan;
 
@@ -116,6 +117,28 @@ int32_t sv_plan_batch(const sv_batch *batch, sv_plan *plan, void *scratch);
 int64_t sv_workspace_bytes(const sv_batch *batch, const sv_plan *plan, int32_t isa, void *scratch);
 int32_t sv_run(const sv_batch *batch, const sv_plan *plan, sv_results *results, sv_progress *progress, void *workspace,
                int32_t isa);
+
+/* A run that pauses. Every block of a plan that is in_step lives in memory of its own, of sv_block_bytes, from sv_start
+ * until the caller frees it; batch and results stay where they are. sv_advance takes up strain and phases as they are
+ * then, and stops each design at the first step whose time exceeds until[design], after so many steps, or at its end.
+ * Any number of threads may call it at once with one progress, which starts with zeros each time. */
+int64_t sv_block_bytes(const sv_batch *batch, const sv_plan *plan, int32_t block, int32_t isa, void *scratch);
+int32_t sv_start(const sv_batch *batch, const sv_plan *plan, sv_results *results, void *const *blocks, int32_t isa);
+int32_t sv_advance(const sv_plan *plan, sv_progress *progress, void *const *blocks, const double *until, int32_t steps,
+                   int32_t isa);
+
+/* All that changes in a run, the same whatever the seating; NULL for what is not wanted. Rows of sites without a voxel
+ * and of links that are none stay as they were. */
+typedef struct {
+    double
+        *clock; /* [n][13] time s, step, next sample, measuring, ended, torn, travel 1, start m 3, centre of mass m 3 */
+    double *voxel;   /* [n][sites][14] position m 3, edge m, quaternion wxyz, velocity m/s 3, spin rad/s 3 */
+    double *link;    /* [n][sites][3][10] by axis from the site: stretch m 3, bends of both ends rad 3 + 3, regime */
+    double *surface; /* [n][sites][4] position and edge when the pairs that may collide were listed, m */
+} sv_state;
+
+int32_t sv_get_state(const sv_plan *plan, void *const *blocks, sv_state *state, int32_t isa);
+int32_t sv_set_state(const sv_plan *plan, void *const *blocks, sv_state *state, int32_t isa);
 
 /* How many steps a run takes: the first time that exceeds duration ends it. -1 where they are too many to count. */
 int32_t sv_step_count(double time_step, double duration);

@@ -85,6 +85,11 @@ typedef struct {
     int32_t *found; /* [voxels] the partners of one point */
 } sv_surface;
 
+typedef struct {
+    sv_vec3 place;
+    sv_wide edge;
+} sv_spot;
+
 /* Two voxels that are close enough to be tested for contact, and in which lanes. physics.md 5 */
 typedef struct {
     int32_t a, b;
@@ -101,6 +106,7 @@ typedef struct {
     sv_vec3 *push;   /* [rows] N, zero where not pushed */
     uint8_t *pushed; /* [rows] */
     sv_surface surface;
+    sv_spot *spot;         /* [rows] where the voxels were when the list was made */
     sv_vicinity *vicinity; /* [voxels] for all lanes, or where the block is masked for each */
 } sv_contacts;
 
@@ -130,9 +136,11 @@ typedef struct {
 } sv_across;
 
 typedef struct {
+    sv_arena arena; /* all memory of the block */
     const sv_batch *batch;
     sv_results *results;
     bool is_across;
+    int32_t first;            /* lane that has a design */
     int32_t design[SV_LANES]; /* or -1: an unused lane, which repeats the work of another */
     sv_body body;
     int32_t *voxel_at;  /* [sites] or -1, while the body is built */

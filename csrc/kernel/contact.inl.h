@@ -38,6 +38,17 @@ static void sv_list_pairs(sv_block *b, int lane)
     c->pair = next;
 }
 
+/* Makes a lane's list anew from where its voxels were. */
+static void sv_make_list(sv_block *b, int lane)
+{
+    sv_contacts *contacts = &b->contacts;
+    sv_take_surface(b, lane);
+    contacts->listed = 0;
+    contacts->count = b->is_across ? 0 : contacts->count;
+    sv_list_pairs(b, lane);
+    contacts->is_whole = contacts->listed == contacts->surface.count;
+}
+
 /* Adds up how far the fastest voxel has come, and returns the lanes in which that is so far that their list is due. */
 static sv_mask sv_track_travel(sv_block *b)
 {
@@ -132,11 +143,8 @@ static void sv_contact_step(sv_block *b)
     const uint32_t due = sv_bits(sv_track_travel(b));
     for (int lane = 0; due >> lane; lane++) {
         if (due >> lane & 1) {
-            sv_take_surface(b, lane);
-            contacts->listed = 0;
-            contacts->count = b->is_across ? 0 : contacts->count;
-            sv_list_pairs(b, lane);
-            contacts->is_whole = contacts->listed == contacts->surface.count;
+            sv_mark_spots(b, lane);
+            sv_make_list(b, lane);
         }
     }
     if (contacts->is_whole) {

@@ -115,6 +115,14 @@ static void sv_record_frame(const sv_block *b, int lane, int32_t row)
     }
 }
 
+static bool sv_has_ended(const sv_block *b)
+{
+    bool all = true;
+    for (int lane = 0; lane < SV_LANES; lane++)
+        all = all && b->clock[lane].ended;
+    return all;
+}
+
 /* Everything that is due at the start of a step. Returns whether all lanes have ended. */
 static bool sv_record(sv_block *b)
 {
@@ -126,7 +134,6 @@ static bool sv_record(sv_block *b)
     }
     if (!sv_any(sv_gt(b->time, b->next_event)))
         return false;
-    bool all_ended = true;
     for (int lane = 0; lane < SV_LANES; lane++) {
         if (b->design[lane] >= 0 && !b->clock[lane].ended && b->time[lane] > b->next_event[lane]) {
             sv_record_lane(b, lane);
@@ -134,7 +141,6 @@ static bool sv_record(sv_block *b)
             if (b->clock[lane].ended)
                 sv_record_status(b, lane);
         }
-        all_ended = all_ended && b->clock[lane].ended;
     }
-    return all_ended;
+    return sv_has_ended(b);
 }

@@ -42,6 +42,7 @@ static void sv_contacts_take(sv_contacts *c, int32_t rows, int32_t voxels, bool 
     c->spare = is_across ? c->pair : sv_take(arena, (size_t)c->room, sizeof *c->pair);
     c->push = sv_take(arena, (size_t)rows, sizeof *c->push);
     c->pushed = sv_take(arena, (size_t)rows, sizeof *c->pushed);
+    c->spot = sv_take(arena, (size_t)rows, sizeof *c->spot);
     c->vicinity = sv_take(arena, (size_t)voxels * (is_across ? 1 : SV_LANES), sizeof *c->vicinity);
     sv_surface_take(&c->surface, voxels, arena);
 }
@@ -247,7 +248,7 @@ static void sv_set_voxels(sv_block *b)
         x->pose.turn = (sv_quat){sv_splat(1), sv_zero3()};
         x->pose.edge = sv_splat(L);
         x->strain = sv_splat(0);
-        sv_load_strain(b, row, sv_splat(0));
+        b->contacts.spot[row] = (sv_spot){x->pose.place, x->pose.edge};
         if (b->is_across)
             sv_write_pose(b, row);
     }
@@ -324,11 +325,6 @@ static void sv_set_pumps(sv_block *b)
             for (int lane = 0; lane < SV_LANES; lane++)
                 b->pumps[row].phase[lane] = sv_phase_of(b, row, lane, &active);
     }
-    for (int32_t i = 0; i < b->pump_count; i++) {
-        sv_pump *p = &b->pumps[i];
-        p->first_turn = sv_floor(b->frequency * b->settle_time + p->phase + SV_CYCLE_SLACK);
-        p->cycle = sv_splat(0);
-    }
 }
 
 static void sv_set_clocks(sv_block *b)
@@ -338,20 +334,20 @@ static void sv_set_clocks(sv_block *b)
     b->diverged = sv_mask_of(0);
     for (int lane = 0; lane < SV_LANES; lane++) {
         b->clock[lane] = (sv_clock){.ended = b->design[lane] < 0};
-        b->next_event[lane] = sv_next_event(b, lane);
     }
 }
 
-/* Sets up the designs of a row of the plan, in memory that sv_block_take has taken. Returns false where none of them
+/* Sets up the designs of a row of the plan, in memory that sv_block_take has taken; all have ended where none of them
  * can run. */
-static bool sv_set_block(sv_block *b, const int32_t *order, uint8_t *occupied)
+static void sv_set_block(sv_block *b, const int32_t *order, uint8_t *occupied)
 {
-    int valid = sv_assign_designs(b, order);
-    if (valid < 0)
-        return false;
+    b->first = sv_assign_designs(b, order);
+    sv_set_clocks(b);
+    if (b->first < 0)
+        return;
     const uint8_t *digits[SV_LANES];
     for (int lane = 0; lane < SV_LANES; lane++) {
-        int source = b->design[lane] >= 0 ? lane : valid;
+        int source = b->design[lane] >= 0 ? lane : b->first;
         const sv_parameters *p = &b->batch->parameters[b->design[source]];
         digits[lane] = sv_digits_of(b, source);
         sv_set_coefficients(b, lane, p);
@@ -369,7 +365,62 @@ static bool sv_set_block(sv_block *b, const int32_t *order, uint8_t *occupied)
         sv_set_across(b);
     sv_set_contacts(b, digits);
     sv_set_voxels(b);
+    for (int lane = 0; lane < SV_LANES; lane++)
+        b->next_event[lane] = sv_next_event(b, lane);
+}
+
+/* Takes the memory of a block: itself, a byte per site, and all else. Where there is none, counts it. */
+static sv_block *sv_block_in(sv_arena *arena, const sv_batch *batch, const int32_t *order, uint8_t **occupied)
+{
+    sv_block counted, *b = sv_take(arena, 1, sizeof *b);
+    uint8_t *taken = sv_take(arena, (size_t)sv_sites(sv_lattice_of(batch)), 1);
+    *occupied = taken ? taken : *occupied;
+    sv_unite_designs(batch, order, *occupied);
+    sv_block_take(b ? b : &counted, batch, sv_size_of(sv_lattice_of(batch), *occupied), sv_is_across(order), arena);
+    return b;
+}
+
+static sv_block *sv_block_at(void *memory)
+{
+    return (sv_block *)sv_arena_in(memory).base;
+}
+
+static int64_t sv_kernel_bytes(const sv_batch *batch, const int32_t *order, uint8_t *scratch)
+{
+    sv_arena arena = sv_arena_in(NULL);
+    sv_block_in(&arena, batch, order, &scratch);
+    return (int64_t)sv_arena_bytes(&arena);
+}
+
+static void sv_kernel_open(const sv_batch *batch, const int32_t *order, sv_results *results, void *memory)
+{
+    sv_arena arena = sv_arena_in(memory);
+    uint8_t *occupied;
+    sv_block *b = sv_block_in(&arena, batch, order, &occupied);
+    b->arena = arena;
+    b->batch = batch;
+    b->results = results;
+    sv_set_block(b, order, occupied);
+}
+
+/* Gives voxels the strain and the phases that the batch has, in the cycle that it is. */
+static void sv_kernel_actuate(void *memory)
+{
+    sv_block *b = sv_block_at(memory);
+    if (b->first < 0)
+        return;
     sv_set_pumps(b);
-    sv_set_clocks(b);
-    return true;
+    for (int32_t i = 0; i < b->pump_count; i++) {
+        sv_pump *p = &b->pumps[i];
+        p->first_turn = sv_floor(b->frequency * b->settle_time + p->phase + SV_CYCLE_SLACK);
+        p->cycle = sv_floor(b->frequency * b->time + p->phase) - p->first_turn;
+    }
+    for (int32_t row = 0; row < b->rows; row++)
+        sv_load_strain(b, row, sv_cycle_of(b, row));
+}
+
+static void sv_kernel_close(void *memory)
+{
+    const sv_arena arena = sv_block_at(memory)->arena;
+    sv_give_back(&arena);
 }

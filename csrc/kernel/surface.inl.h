@@ -69,7 +69,19 @@ static void sv_sort_into_cells(sv_surface *s)
     }
 }
 
-/* Takes the surface of a lane's design as it is now. */
+/* Remembers where the voxels of a lane's design are now. */
+static void sv_mark_spots(sv_block *b, int lane)
+{
+    for (int32_t row = 0; row < b->rows; row++) {
+        const sv_spot now = {b->voxels[row].pose.place, b->voxels[row].pose.edge};
+        const sv_mask all = sv_mask_of(~0u), here = b->is_across ? all : sv_mask_of(1u << lane);
+        sv_spot *spot = &b->contacts.spot[row];
+        spot->place = sv_select3(here, now.place, spot->place);
+        spot->edge = sv_select(here, now.edge, spot->edge);
+    }
+}
+
+/* Takes the surface of a lane's design from where its voxels were. */
 static void sv_take_surface(sv_block *b, int lane)
 {
     sv_surface *s = &b->contacts.surface;
@@ -80,12 +92,13 @@ static void sv_take_surface(sv_block *b, int lane)
         if (!vicinity[v].on_surface)
             continue;
         const sv_seat seat = sv_seat_of(b, lane, v);
-        const sv_pose *pose = &b->voxels[seat.row].pose;
+        const sv_spot *spot = &b->contacts.spot[seat.row];
+        const double edge = spot->edge[seat.lane];
         s->point[s->count++] =
-            (sv_point){.place = {pose->place.x[seat.lane], pose->place.y[seat.lane], pose->place.z[seat.lane]},
-                       .edge = pose->edge[seat.lane],
+            (sv_point){.place = {spot->place.x[seat.lane], spot->place.y[seat.lane], spot->place.z[seat.lane]},
+                       .edge = edge,
                        .voxel = v};
-        s->cell_edge = fmax(s->cell_edge, fmin(SV_LIST_REACH * b->batch->edge, 2.0 * fabs(pose->edge[seat.lane])));
+        s->cell_edge = fmax(s->cell_edge, fmin(SV_LIST_REACH * b->batch->edge, 2.0 * fabs(edge)));
     }
     s->cell_edge *= 1 + 1e-6;
     sv_sort_into_cells(s);
