@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 from collections.abc import Callable
@@ -60,6 +61,10 @@ class Batch:
     track_samples: int
     frame_every: int
     frame_count: int
+
+    def duration_steps(self) -> NDArray[np.float64]:
+        """About how many steps each design takes, shape (n,)."""
+        return np.asarray(self.parameters["duration"] / self.parameters["time_step"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +173,73 @@ def _expect_done(code: int) -> None:
         raise RuntimeError(f"the engine refused a batch it had accepted (code {code})")
 
 
+#: Voxel-steps up to which the calling thread does the work itself: starting threads, and answering
+#: an interrupt meanwhile, does not pay for milliseconds.
+_SMALL_WORK = 200_000
+
+
+class _Planned:
+    """A batch seated on an instruction set, with its results."""
+
+    def __init__(self, batch: Batch, isa: str | None, seating: str, *, in_step: bool) -> None:
+        n, sites = batch.digits.shape
+        self.batch = batch
+        self.isa = _ISAS[isa_name(isa)]
+        self.c_batch = _c_batch(batch)
+        self.order = np.empty((n, lib.sv_isa_lanes(self.isa)), dtype=np.int32)
+        seats = {"seating": getattr(lib, f"SV_{seating.upper()}"), "in_step": int(in_step)}
+        order = ffi.cast("int32_t *", self.order.ctypes.data)
+        self.plan = ffi.new("sv_plan *", {"lanes": self.order.shape[1], "order": order, **seats})
+        self.scratch = _memory(lib.sv_plan_scratch(self.c_batch))
+        _expect_done(lib.sv_plan_batch(self.c_batch, self.plan, self.scratch))
+        self.output = Output(
+            status=np.zeros(n, dtype=np.int32),
+            steps=np.zeros(n, dtype=np.int32),
+            start=np.full((n, 3), np.nan),
+            end=np.full((n, 3), np.nan),
+            track=np.full((n, batch.track_samples, 3), np.nan),
+            frames=np.full((n, batch.frame_count, sites, 8), np.nan),
+        )
+        arrays = vars(self.output).items()
+        pointers = {name: ffi.cast("void *", array.ctypes.data) for name, array in arrays}
+        self.results = ffi.new("sv_results *", pointers)
+        self.voxels = int(np.count_nonzero(batch.digits))
+
+    def drive(
+        self,
+        call: Callable[[Any], int],
+        steps: float,
+        threads: int | None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Let threads do call(shared) until all blocks are done; of so many steps at most."""
+        n = len(self.order)
+        empty = n - int(np.count_nonzero(self.order[: self.plan.blocks] >= 0))
+        shared = ffi.new("sv_progress *")
+        codes: list[int] = []
+
+        def work() -> None:
+            with contextlib.suppress(MemoryError):  # shown by its missing code
+                codes.append(call(shared))
+
+        def report() -> None:
+            if progress is not None:
+                progress(shared.done + empty, n)
+
+        count = min(default_threads() if threads is None else threads, self.plan.blocks)
+        if count == 1 and self.voxels * steps <= _SMALL_WORK:
+            work()
+            report()
+            started = 1
+        else:
+            workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
+            started = _drive(workers, report, shared)
+        if len(codes) != started:
+            raise MemoryError("a worker could not get its memory")
+        for code in codes:
+            _expect_done(code)
+
+
 def run(
     batch: Batch,
     *,
@@ -180,7 +252,8 @@ def run(
 
     At most so many threads, `default_threads` where None, on one of `isa_names`; where that is
     None, what SOFTVOX_ISA says, or the widest. progress(done, total) is called from the calling
-    thread now and then, and at the end.
+    thread now and then, and at the end. The seating of designs, "by_time", "all_apart" or
+    "all_across", changes the speed and no bit.
 
     Raises
     ------
@@ -189,44 +262,88 @@ def run(
     KeyboardInterrupt
         When interrupted; the workers have then stopped.
     """
-    n, sites = batch.digits.shape
-    code = _ISAS[isa_name(isa)]
-    c_batch = _c_batch(batch)
-    order = np.empty((n, lib.sv_isa_lanes(code)), dtype=np.int32)
-    pointer = ffi.cast("int32_t *", order.ctypes.data)
-    seats = getattr(lib, f"SV_{seating.upper()}")
-    plan = ffi.new("sv_plan *", {"lanes": order.shape[1], "order": pointer, "seating": seats})
-    scratch = _memory(lib.sv_plan_scratch(c_batch))
-    _expect_done(lib.sv_plan_batch(c_batch, plan, scratch))
-    output = Output(
-        status=np.zeros(n, dtype=np.int32),
-        steps=np.zeros(n, dtype=np.int32),
-        start=np.full((n, 3), np.nan),
-        end=np.full((n, 3), np.nan),
-        track=np.full((n, batch.track_samples, 3), np.nan),
-        frames=np.full((n, batch.frame_count, sites, 8), np.nan),
-    )
-    arrays = {name: ffi.cast("void *", array.ctypes.data) for name, array in vars(output).items()}
-    results, shared = ffi.new("sv_results *", arrays), ffi.new("sv_progress *")
-    size = lib.sv_workspace_bytes(c_batch, plan, code, scratch)
-    codes: list[int] = []
+    made = _Planned(batch, isa, seating, in_step=False)
+    size = lib.sv_workspace_bytes(made.c_batch, made.plan, made.isa, made.scratch)
 
-    def work() -> None:
-        try:
-            workspace = _memory(size)
-        except MemoryError:  # shown by its missing code
-            return
-        codes.append(lib.sv_run(c_batch, plan, results, shared, workspace, code))
+    def work(shared: Any) -> int:
+        code: int = lib.sv_run(
+            made.c_batch, made.plan, made.results, shared, _memory(size), made.isa
+        )
+        return code
 
-    count = min(default_threads() if threads is None else threads, plan.blocks)
-    workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
-    empty = n - int(np.count_nonzero(order[: plan.blocks] >= 0))
-    started = _drive(workers, lambda: progress and progress(shared.done + empty, n), shared)
-    if len(codes) != started:
-        raise MemoryError(f"a worker could not get its {size} bytes of memory")
-    for returned in codes:
-        _expect_done(returned)
-    return output
+    steps = np.max(batch.duration_steps(), initial=0)
+    made.drive(work, float(steps), threads, progress)
+    return made.output
+
+
+#: What changes in a run, by name: the shape of each after (n, sites), or (n,) for the clock.
+STATE = {"clock": (13,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
+
+
+class PausedRun:
+    """A batch that is simulated in pieces; its blocks live as long as it does.
+
+    Arguments as `run` has them. The batch's strain and phase may be written to between pieces.
+    """
+
+    def __init__(
+        self,
+        batch: Batch,
+        *,
+        threads: int | None = None,
+        isa: str | None = None,
+        seating: str = "by_time",
+    ) -> None:
+        self._made = _Planned(batch, isa, seating, in_step=True)
+        self._threads = threads
+        made = self._made
+        facts = (made.c_batch, made.plan)
+        sizes = [
+            lib.sv_block_bytes(*facts, block, made.isa, made.scratch)
+            for block in range(made.plan.blocks)
+        ]
+        self._memory = [_memory(size) for size in sizes]
+        self._blocks = ffi.new("void *[]", self._memory)
+        _expect_done(lib.sv_start(*facts, made.results, self._blocks, made.isa))
+
+    @property
+    def output(self) -> Output:
+        """The results so far, as `run` returns them at the end."""
+        return self._made.output
+
+    def advance(self, until: NDArray[np.float64] | None, steps: int) -> None:
+        """Run on to each design's time, s, shape (n,), or to the end; at most so many steps."""
+        made = self._made
+        pointer = ffi.NULL if until is None else _pointer(until, np.float64, (len(made.order),))
+        until_c = ffi.cast("double *", pointer)
+
+        def work(shared: Any) -> int:
+            code: int = lib.sv_advance(made.plan, shared, self._blocks, until_c, steps, made.isa)
+            return code
+
+        made.drive(work, steps, self._threads)
+
+    def state(self, *names: str) -> dict[str, NDArray[np.float64]]:
+        """Return copies of the parts of STATE named; NaN where there is no voxel or link."""
+        n, sites = self._made.batch.digits.shape
+        arrays = {
+            name: np.full((n, *(() if name == "clock" else (sites,)), *STATE[name]), np.nan)
+            for name in names
+        }
+        self._copy(lib.sv_get_state, arrays)
+        return arrays
+
+    def resume(self, state: dict[str, NDArray[np.float64]]) -> None:
+        """Go on from a state that `state` returned of all parts; right after the start only."""
+        self._copy(lib.sv_set_state, state)
+
+    def _copy(self, function: Any, arrays: dict[str, NDArray[np.float64]]) -> None:
+        pointers = {
+            name: ffi.cast("double *", _pointer(array, np.float64, array.shape))
+            for name, array in arrays.items()
+        }
+        state = ffi.new("sv_state *", pointers)
+        _expect_done(function(self._made.plan, self._blocks, state, self._made.isa))
 
 
 def _drive(workers: list[threading.Thread], report: Callable[[], None], shared: Any) -> int:

@@ -155,6 +155,27 @@ def simulate(
     >>> [f"{fitness:.2f}" for fitness in result.fitness]
     ['4.66', '4.65']
     """
+    stack, physics, batch = prepared(designs, physics, strain, phase, track=track, frames=frames)
+    check_threads(threads)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a callable (done, total), got {progress!r}")
+    output = engine.run(batch, threads=threads, isa=isa, progress=progress)
+    return _result(stack, physics, batch, output)
+
+
+def prepared(
+    designs: Any,
+    physics: Physics | None,
+    strain: ArrayLike | None,
+    phase: ArrayLike | None,
+    *,
+    track: int = 0,
+    frames: int = 0,
+) -> tuple[NDArray[np.uint8], Physics, engine.Batch]:
+    """Return the digits (n, nx, ny, nz), the physics and the batch that arguments stand for.
+
+    Raises TypeError and ValueError as `simulate` does.
+    """
     physics = Physics.published() if physics is None else physics
     if not isinstance(physics, Physics):
         raise TypeError(
@@ -164,21 +185,16 @@ def simulate(
     stack = stack_of(designs)
     check_count("track", track, least=0)
     check_count("frames", frames, least=0)
-    if threads is not None:
-        check_count("threads", threads, least=1)
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be a callable (done, total), got {progress!r}")
     n = len(stack)
     if physics.n_designs not in (None, n):
         raise ValueError(f"physics has arrays for {physics.n_designs} designs, but there are {n}")
-
     lattice = Lattice(*stack.shape[1:])
     batch = engine.Batch(
         shape=lattice,
         digits=lattice.to_rows(stack),
         parameters=_parameters(physics, n),
-        strain=_strain(strain, physics, stack),
-        phase=None if phase is None else lattice.to_rows(_per_voxel("phase", phase, stack)),
+        strain=strain_rows(strain, physics, stack),
+        phase=None if phase is None else phase_rows(phase, stack),
         edge=physics.edge,
         pumped_rest=physics.pumped_rest,
         settle_time=physics.settle_time,
@@ -188,8 +204,13 @@ def simulate(
         frame_every=int(frames),
         frame_count=_frame_count(physics, int(frames)),
     )
-    output = engine.run(batch, threads=threads, isa=isa, progress=progress)
-    return _result(stack, physics, batch, output)
+    return stack, physics, batch
+
+
+def check_threads(threads: int | None) -> None:
+    """Make sure that a number of threads is one, or None; raises as `check_count` does."""
+    if threads is not None:
+        check_count("threads", threads, least=1)
 
 
 def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
@@ -226,9 +247,15 @@ def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArra
     return array.astype(np.float64)
 
 
-def _strain(
+def phase_rows(phase: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return phases (n, nx, ny, nz) in the order of sites; raises as `simulate` does."""
+    return Lattice(*stack.shape[1:]).to_rows(_per_voxel("phase", phase, stack))
+
+
+def strain_rows(
     values: ArrayLike | None, physics: Physics, stack: NDArray[np.uint8]
 ) -> NDArray[np.float64]:
+    """Return strain by cycle, (n, cycles, sites) in order of sites; raises as `simulate` does."""
     n, sites = len(stack), prod(stack.shape[1:])
     if values is None:
         amplitude = np.broadcast_to(np.asarray(physics.strain), n).reshape(n, 1, 1)

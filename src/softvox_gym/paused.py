@@ -1,0 +1,339 @@
+"""A simulation that pauses: advanced in pieces, looked at, steered, kept and gone on with."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softvox_gym import engine
+from softvox_gym.lattice import Lattice
+from softvox_gym.manifest import engine_probe
+from softvox_gym.physics import MOST, Physics
+from softvox_gym.simulation import check_count, check_threads, phase_rows, prepared, strain_rows
+
+#: How a saved simulation begins; another format has another number.
+MAGIC = b"softvox simulation 1\n"
+
+# Columns of the clock, as softvox.h has them.
+_TIME, _STEP, _MEASURING, _ENDED, _TORN = 0, 1, 3, 4, 5
+_START, _CENTRE = slice(7, 10), slice(10, 13)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where everything is, and how it moves. NaN where a site is empty.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    step : ndarray of int, shape (n,)
+        Steps taken.
+    centre : ndarray, shape (n, 3)
+        m, centre of mass: the mean position of the voxels.
+    position, velocity : ndarray, shape (n, nx, ny, nz, 3)
+        m and m/s, of the centres of the voxels.
+    orientation : ndarray, shape (n, nx, ny, nz, 4)
+        Unit quaternions w, x, y, z.
+    spin : ndarray, shape (n, nx, ny, nz, 3)
+        rad/s.
+    edge : ndarray, shape (n, nx, ny, nz)
+        m.
+    """
+
+    time: NDArray[np.float64]
+    step: NDArray[np.int64]
+    centre: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    orientation: NDArray[np.float64]
+    spin: NDArray[np.float64]
+    edge: NDArray[np.float64]
+
+    @property
+    def on_floor(self) -> NDArray[np.bool_]:
+        """Whether a voxel touches the floor, shape (n, nx, ny, nz); False where there is none."""
+        return np.asarray(self.position[..., 2] < 0.5 * self.edge)
+
+    @property
+    def relative_position(self) -> NDArray[np.float64]:
+        """Position from the centre of mass, m, shape (n, nx, ny, nz, 3)."""
+        return np.asarray(self.position - self.centre[:, np.newaxis, np.newaxis, np.newaxis])
+
+    @property
+    def relative_velocity(self) -> NDArray[np.float64]:
+        """Velocity less the mean velocity of the body, m/s, shape (n, nx, ny, nz, 3)."""
+        there = np.isfinite(self.edge)[..., np.newaxis]
+        total = np.sum(self.velocity, axis=(1, 2, 3), where=there, keepdims=True)
+        voxels = np.maximum(np.sum(there, axis=(1, 2, 3), keepdims=True), 1)
+        return np.asarray(self.velocity - total / voxels)
+
+
+class Simulation:
+    """A batch of designs that is simulated piece by piece.
+
+    Advanced in any pieces, on any machine, it gives the bits of one run of `simulate`. Between
+    pieces strain and phase may change, so that a controller can steer; and it can be kept as bytes
+    or pickled, copied so, and gone on with elsewhere.
+
+    Parameters
+    ----------
+    designs, physics, strain, phase, threads, isa
+        As `simulate` takes them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `simulate` does.
+
+    Examples
+    --------
+    >>> sim = Simulation(6453)
+    >>> sim.advance(cycles=1)  # settles, and pumps once
+    >>> half = sim.restore(sim.save())
+    >>> sim.advance(cycles=1, strain=np.zeros((1, 2, 2, 2)))  # rests
+    >>> half.advance(until=np.inf)  # pumps to the end
+    >>> print(half.fitness.round(2))
+    [4.66]
+    """
+
+    def __init__(
+        self,
+        designs: Any,
+        physics: Physics | None = None,
+        *,
+        strain: ArrayLike | None = None,
+        phase: ArrayLike | None = None,
+        threads: int | None = None,
+        isa: str | None = None,
+    ) -> None:
+        check_threads(threads)
+        self.designs, self.physics, self._batch = prepared(designs, physics, strain, phase)
+        self._start(threads, isa)
+
+    def _start(self, threads: int | None, isa: str | None) -> None:
+        n = len(self)
+        if self._batch.phase is None:
+            zeros = np.zeros(self._batch.digits.shape)
+            self._batch = engine.Batch(**{**vars(self._batch), "phase": zeros})
+        self._threads = threads
+        self._run = engine.PausedRun(self._batch, threads=threads, isa=isa)
+        # Each design's whole cycles are counted from here: s, and how many so far.
+        self._counted_from = np.full(n, float(self.physics.settle_time))
+        self._cycles = np.zeros(n)
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    def __repr__(self) -> str:
+        at = np.nanmax(self._clock[:, _TIME], initial=0.0)
+        ended = int(np.count_nonzero(self.ended))
+        lattice = Lattice(*self.designs.shape[1:])
+        return f"Simulation({len(self)} designs on {lattice}, at {at:.3f} s, {ended} ended)"
+
+    def advance(
+        self,
+        *,
+        cycles: float | None = None,
+        steps: int | None = None,
+        until: float | None = None,
+        strain: ArrayLike | None = None,
+        phase: ArrayLike | None = None,
+    ) -> None:
+        """Run on, by some cycles, or some steps, or to a time; no further than the end.
+
+        Parameters
+        ----------
+        cycles : float
+            Each design stops at the first step past so many more cycles of its own. They are
+            counted from the end of settling, and without drift, as long as nothing else is asked
+            for in between; the first piece settles, too.
+        steps : int
+            Time steps.
+        until : float
+            Time, s: each design stops at its first step past it. Infinity is the end.
+        strain : array_like, shape (n, nx, ny, nz), optional
+            Amplitude of every voxel from now on, in place of what was; as it was where None.
+        phase : array_like, shape (n, nx, ny, nz), optional
+            Phase of every voxel in cycles from now on, likewise.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where not exactly one of cycles, steps and until is given, or one is not a number that
+            it can be; for strain and phase as `simulate` does.
+        """
+        given = {"cycles": cycles, "steps": steps, "until": until}
+        if sum(value is not None for value in given.values()) != 1:
+            raise TypeError("advance takes one of cycles, steps and until")
+        if steps is not None:
+            check_count("steps", steps, least=0)
+        if cycles is not None:
+            _check_time("cycles", cycles)
+        if until is not None:
+            _check_time("until", until)
+        new_strain = None if strain is None else strain_rows(strain, self.physics, self.designs)
+        new_phase = None if phase is None else phase_rows(phase, self.designs)
+        if new_strain is not None and new_strain.shape[1] > 1:
+            raise ValueError("strain must have shape (n, nx, ny, nz): one amplitude from now on")
+        if new_strain is not None:
+            self._batch.strain[:] = new_strain
+        if new_phase is not None and self._batch.phase is not None:
+            self._batch.phase[:] = new_phase
+        goal = self._end_of(cycles) if cycles is not None else until
+        times = None if goal is None else np.broadcast_to(np.float64(goal), len(self)).copy()
+        self._run.advance(times, MOST if steps is None else int(steps))
+
+    def _end_of(self, cycles: float) -> NDArray[np.float64]:
+        """Return when so many more cycles end, by design."""
+        frequency = self._batch.parameters["frequency_hz"]
+        time = self._clock[:, _TIME]
+        asked = self._counted_from + self._cycles / frequency
+        # A design that was brought elsewhere counts from where it is.
+        elsewhere = (time > asked + self._batch.parameters["time_step"]) | (
+            (self._cycles > 0) & (time <= asked)
+        )
+        self._counted_from[elsewhere] = time[elsewhere]
+        self._cycles[elsewhere] = 0
+        self._cycles += cycles
+        return np.asarray(self._counted_from + self._cycles / frequency)
+
+    @property
+    def _clock(self) -> NDArray[np.float64]:
+        return self._run.state("clock")["clock"]
+
+    @property
+    def state(self) -> State:
+        """Where everything is now, and how it moves."""
+        parts = self._run.state("clock", "voxel")
+        clock = parts["clock"]
+        lattice = Lattice(*self.designs.shape[1:])
+        values = np.moveaxis(lattice.to_stack(np.moveaxis(parts["voxel"], 1, -1)), 1, -1)
+        return State(
+            time=clock[:, _TIME],
+            step=np.nan_to_num(clock[:, _STEP]).astype(np.int64),
+            centre=clock[:, _CENTRE],
+            position=values[..., :3],
+            velocity=values[..., 8:11],
+            orientation=values[..., 4:8],
+            spin=values[..., 11:],
+            edge=values[..., 3],
+        )
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """Which designs have come to the end of their duration, shape (n,)."""
+        return np.asarray(self._clock[:, _ENDED] != 0)
+
+    @property
+    def diverged(self) -> NDArray[np.bool_]:
+        """Which designs have diverged so far, shape (n,)."""
+        clock = self._clock
+        centre = clock[:, _CENTRE]
+        there = self.designs.any(axis=(1, 2, 3))
+        lost = there & ~np.isfinite(centre).all(axis=1)
+        return np.asarray((self._run.output.status != 0) | (clock[:, _TORN] == 1) | lost)
+
+    @property
+    def displacement(self) -> NDArray[np.float64]:
+        """How far the centre of mass is from where it was at the end of settling, shape (n, 3).
+
+        In voxel widths; NaN while settling and where diverged, 0 for the empty design. At the end
+        it is what `simulate` returns.
+        """
+        clock = self._clock
+        moved = np.asarray((clock[:, _CENTRE] - clock[:, _START]) / self.physics.edge)
+        moved[clock[:, _MEASURING] != 1] = np.nan
+        moved[~self.designs.any(axis=(1, 2, 3))] = 0.0
+        with np.errstate(over="ignore"):
+            far = ~np.isfinite(moved[:, 0] ** 2 + moved[:, 1] ** 2)
+        moved[far | self.diverged] = np.nan
+        return moved
+
+    @property
+    def fitness(self) -> NDArray[np.float64]:
+        """Horizontal part of the displacement in voxel widths, shape (n,)."""
+        displacement = self.displacement
+        return np.asarray(np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2))
+
+    def save(self) -> bytes:
+        """Return all that is needed to go on: designs, physics, actuation and state."""
+        output = self._run.output
+        arrays = {
+            "designs": self.designs,
+            "strain": self._batch.strain,
+            "phase": self._batch.phase,
+            "counted_from": self._counted_from,
+            "cycles": self._cycles,
+            **{name: getattr(output, name) for name in ("status", "steps", "start", "end")},
+            **self._run.state(*engine.STATE),
+        }
+        about = {"engine": engine_probe(), "physics": self.physics.to_dict()}
+        buffer = io.BytesIO()
+        np.savez(buffer, about=np.array(json.dumps(about)), **arrays)
+        body = buffer.getvalue()
+        return MAGIC + hashlib.sha256(body).digest() + body
+
+    @classmethod
+    def restore(
+        cls, saved: bytes, *, threads: int | None = None, isa: str | None = None
+    ) -> Simulation:
+        """Return the simulation that `save` kept, on any machine and instruction set.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For what is no saved simulation, one that is damaged, or one of another engine, whose
+            bits would differ.
+        """
+        if not isinstance(saved, (bytes, bytearray, memoryview)):
+            raise TypeError(f"saved must be bytes, got {type(saved).__name__}")
+        saved = bytes(saved)
+        if not saved.startswith(MAGIC):
+            kind = "another format" if saved.startswith(MAGIC[:18]) else "no saved simulation"
+            raise ValueError(f"these bytes are {kind}; Simulation.save makes {MAGIC.decode()!r}")
+        check, body = saved[len(MAGIC) : len(MAGIC) + 32], saved[len(MAGIC) + 32 :]
+        if hashlib.sha256(body).digest() != check:
+            raise ValueError("this saved simulation is damaged: its bytes are not what they were")
+        with np.load(io.BytesIO(body), allow_pickle=False) as archive:
+            kept = dict(archive)
+        about = json.loads(str(kept.pop("about")))
+        if about["engine"] != engine_probe():
+            raise ValueError(
+                "this simulation was saved by another engine: going on would not give its bits"
+            )
+        check_threads(threads)
+        sim = cls.__new__(cls)
+        sim.designs, sim.physics, batch = prepared(
+            kept["designs"], Physics(**about["physics"]), None, None
+        )
+        actuation = {"strain": kept["strain"], "phase": kept["phase"]}
+        sim._batch = engine.Batch(**{**vars(batch), **actuation})
+        sim._start(threads, isa)
+        sim._counted_from[:], sim._cycles[:] = kept["counted_from"], kept["cycles"]
+        for name in ("status", "steps", "start", "end"):
+            getattr(sim._run.output, name)[:] = kept[name]
+        sim._run.resume({name: kept[name] for name in engine.STATE})
+        return sim
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_restored, (self.save(), self._threads))
+
+
+def _restored(saved: bytes, threads: int | None) -> Simulation:
+    """Unpickle; the instruction set may be another machine's and is not kept."""
+    return Simulation.restore(saved, threads=threads)
+
+
+def _check_time(name: str, value: Any) -> None:
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    if not is_number or isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be a number, got {value!r}")
+    if not value >= 0:
+        raise ValueError(f"{name} must not be negative, got {value}")
