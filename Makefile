@@ -93,14 +93,17 @@ sdist: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet build
 	$(BIN)/python -m build --sdist --outdir dist . > /dev/null
 
+# In under ten minutes; APPEND=--append adds the rows to the tables in benchmarks.
 benchmark: $(VENV)/installed
-	$(BIN)/python benchmarks/engine.py
+	$(BIN)/python benchmarks/engine.py --repeat 3 $(APPEND)
+	$(BIN)/python benchmarks/bodies.py $(APPEND)
 
 # The committed pictures; anew after a change of how they look.
 pictures: $(VENV)/installed
 	$(BIN)/python docs/picture.py
 	$(BIN)/python tools/architecture.py
 	$(BIN)/python tools/pictures.py
+	$(BIN)/python benchmarks/bodies.py --draw
 	$(BIN)/softvox figures gap_map gap_tracks --format png --force --out docs
 	$(BIN)/softvox replay 6453 --width 240 --fps 14 --speed 1 --force --out docs/6453.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme

@@ -95,7 +95,7 @@ def measure(isa: str, program: Path, repeat: int, total_steps: int) -> dict[str,
             }
         )
     env.close()
-    return {key: float(f"{median(row[key] for row in rows):.4g}") for key in rows[0]}
+    return rounded({key: median(row[key] for row in rows) for key in rows[0]})
 
 
 def provenance(isa: str) -> dict[str, str]:
@@ -110,10 +110,15 @@ def provenance(isa: str) -> dict[str, str]:
     }
 
 
-def append(row: dict[str, Any]) -> None:
-    """Add a row to the table, with its header where there is none yet."""
-    is_new = not TABLE.exists()
-    with TABLE.open("a", newline="", encoding="utf-8") as file:
+def rounded(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row with its numbers to four digits."""
+    return {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()}
+
+
+def append(table: Path, row: dict[str, Any]) -> None:
+    """Add a row to a table, with its header where there is none yet."""
+    is_new = not table.exists()
+    with table.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, fieldnames=list(row), lineterminator="\n")
         if is_new:
             writer.writeheader()
@@ -133,7 +138,7 @@ def main() -> None:
             row = {**provenance(isa), **measure(isa, program, options.repeat, total_steps)}
             print("\n".join(f"{key:>24} {value}" for key, value in row.items()), end="\n\n")
             if options.append:
-                append(row)
+                append(TABLE, row)
 
 
 if __name__ == "__main__":
