@@ -1,5 +1,6 @@
 """simulate() takes what it says, refuses the rest by name, and can be interrupted."""
 
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -372,20 +373,22 @@ def test_a_system_that_refuses_every_thread_is_an_error(monkeypatch):
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
     with pytest.raises(RuntimeError, match="refuses to start a single thread"):
-        simulate(1, SHORT)
+        simulate(np.full(100, 6560), SHORT)
+    assert len(simulate(1, SHORT)) == 1  # which needs no thread
 
 
 def test_a_worker_without_memory_is_an_error(monkeypatch):
     memory = engine._memory
 
     def refuse_workers(size):
-        if threading.current_thread() is not threading.main_thread():
+        if sys._getframe(1).f_code.co_name == "work":
             raise MemoryError
         return memory(size)
 
     monkeypatch.setattr(engine, "_memory", refuse_workers)
-    with pytest.raises(MemoryError, match=r"a worker could not get its .* bytes"):
-        simulate(1, SHORT)
+    for designs in (1, np.full(100, 6560)):
+        with pytest.raises(MemoryError, match=r"a worker could not get its [1-9]\d* bytes"):
+            simulate(designs, SHORT)
 
 
 def test_results_are_compared_by_identity():

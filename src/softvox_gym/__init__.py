@@ -10,6 +10,7 @@ from softvox_gym.evaluation import Evaluation, evaluate
 from softvox_gym.landscapes.noisy import noisy_landscape
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
+from softvox_gym.paused import Simulation, State
 from softvox_gym.physics import Physics
 from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Frames, Result, simulate
@@ -25,6 +26,8 @@ __all__ = [
     "Physics",
     "Reality",
     "Result",
+    "Simulation",
+    "State",
     "Task",
     "calibrate",
     "evaluate",

@@ -64,7 +64,8 @@ class Batch:
 
     def duration_steps(self) -> NDArray[np.float64]:
         """About how many steps each design takes, shape (n,)."""
-        return np.asarray(self.parameters["duration"] / self.parameters["time_step"])
+        with np.errstate(all="ignore"):
+            return np.asarray(self.parameters["duration"] / self.parameters["time_step"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,14 +206,19 @@ class _Planned:
         self.results = ffi.new("sv_results *", pointers)
         self.voxels = int(np.count_nonzero(batch.digits))
 
+    def workspace_bytes(self) -> int:
+        """Return what a thread that simulates it needs."""
+        return int(lib.sv_workspace_bytes(self.c_batch, self.plan, self.isa, self.scratch))
+
     def drive(
         self,
         call: Callable[[Any], int],
         steps: float,
         threads: int | None,
         progress: Progress | None = None,
+        memory: int = 0,
     ) -> None:
-        """Let threads do call(shared) until all blocks are done; of so many steps at most."""
+        """Let threads, each with so much memory, do call(shared) until all blocks are done."""
         n = len(self.order)
         empty = n - int(np.count_nonzero(self.order[: self.plan.blocks] >= 0))
         shared = ffi.new("sv_progress *")
@@ -235,7 +241,7 @@ class _Planned:
             workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
             started = _drive(workers, report, shared)
         if len(codes) != started:
-            raise MemoryError("a worker could not get its memory")
+            raise MemoryError(f"a worker could not get its {memory} bytes of memory")
         for code in codes:
             _expect_done(code)
 
@@ -263,7 +269,7 @@ def run(
         When interrupted; the workers have then stopped.
     """
     made = _Planned(batch, isa, seating, in_step=False)
-    size = lib.sv_workspace_bytes(made.c_batch, made.plan, made.isa, made.scratch)
+    size = made.workspace_bytes()
 
     def work(shared: Any) -> int:
         code: int = lib.sv_run(
@@ -272,8 +278,13 @@ def run(
         return code
 
     steps = np.max(batch.duration_steps(), initial=0)
-    made.drive(work, float(steps), threads, progress)
+    made.drive(work, float(steps), threads, progress, size)
     return made.output
+
+
+def workspace_bytes(batch: Batch, *, isa: str | None = None) -> int:
+    """Return the memory that each thread of `run` asks for, beside the arrays of the batch."""
+    return _Planned(batch, isa, "by_time", in_step=False).workspace_bytes()
 
 
 #: What changes in a run, by name: the shape of each after (n, sites), or (n,) for the clock.

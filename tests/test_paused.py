@@ -1,0 +1,231 @@
+"""A simulation that pauses gives the bits of one that does not."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from softvox_gym import Physics, Simulation, engine, simulate
+from softvox_gym.paused import MAGIC
+
+DESIGNS = [6453, 4295, 0, 1, 6560, 135, 21]
+SHORT = Physics.published().lasting(3.5)
+
+
+def whole(designs=DESIGNS, physics=SHORT, **options):
+    return simulate(designs, physics, **options).displacement.tobytes()
+
+
+def to_the_end(sim):
+    sim.advance(until=np.inf)
+    return sim.displacement.tobytes()
+
+
+def test_run_to_the_end_it_is_simulate():
+    sim = Simulation(DESIGNS, SHORT)
+    assert to_the_end(sim) == whole()
+    assert sim.ended.all()
+    assert not sim.diverged.any()
+    assert list(sim.fitness) == list(simulate(DESIGNS, SHORT).fitness)
+
+
+@pytest.mark.parametrize("isa", engine.isa_names())
+def test_steps_of_any_number_give_the_bits_of_one_run(isa):
+    rng = np.random.default_rng(0)
+    sim = Simulation(DESIGNS, SHORT, isa=isa)
+    while not sim.ended.all():
+        sim.advance(steps=int(rng.integers(0, 300)))
+    assert sim.displacement.tobytes() == whole()
+
+
+def test_cycles_and_times_give_the_bits_of_one_run_and_do_not_drift():
+    sim = Simulation(DESIGNS, SHORT)
+    step = SHORT.time_step
+    for cycle in range(1, 4):
+        sim.advance(cycles=1)
+        late = sim.state.time[0] - (SHORT.settle_time + cycle / SHORT.frequency_hz)
+        assert 0 < late <= step * (1 + 1e-9)
+    sim.advance(until=1.03)
+    assert 1.03 < sim.state.time[0] <= 1.03 + step
+    before = sim.state.time[0]
+    sim.advance(cycles=0.25)  # from here: elsewhere than the cycles before
+    assert 0 < sim.state.time[0] - (before + 0.25 / SHORT.frequency_hz) <= step * (1 + 1e-9)
+    assert to_the_end(sim) == whole()
+
+
+def test_each_design_keeps_its_own_pace():
+    physics = replace(
+        SHORT,
+        frequency_hz=np.linspace(3, 6, 7),
+        youngs_modulus=np.linspace(0.5e7, 1.5e7, 7),
+        duration=np.linspace(1.0, 1.3, 7),
+    )
+    sim = Simulation(DESIGNS, physics)
+    sim.advance(cycles=2)
+    there = np.array(DESIGNS) > 0
+    late = sim.state.time - (physics.settle_time + 2 / physics.frequency_hz)
+    assert (late[there] > 0).all()
+    assert (late[there] <= physics.time_step[there]).all()
+    assert to_the_end(sim) == whole(physics=physics)
+
+
+def test_phases_strain_by_cycle_and_large_lattices_pause_too():
+    rng = np.random.default_rng(1)
+    designs = rng.integers(0, 3, (3, 4, 3, 4))
+    options = {
+        "strain": rng.uniform(0.1, 0.4, (3, 3, 4, 3, 4)),
+        "phase": rng.uniform(0, 1, designs.shape),
+    }
+    sim = Simulation(designs, SHORT, **options)
+    for _ in range(3):
+        sim.advance(cycles=1)
+        sim = copy.deepcopy(sim)
+    assert to_the_end(sim) == whole(designs, **options)
+
+
+def test_strain_given_piece_by_piece_is_strain_by_cycle():
+    rng = np.random.default_rng(2)
+    strain = rng.uniform(0, 0.4, (7, 3, 2, 2, 2))
+    physics = Physics.exact().lasting(3)
+    sim = Simulation(DESIGNS, physics)
+    sim.advance(until=physics.settle_time)
+    for cycle in range(3):
+        sim.advance(cycles=1, strain=strain[:, cycle])
+    sim.advance(until=np.inf)
+    # A cycle's strain counts from the first step in it, as a piece ends with the first past it.
+    assert sim.displacement.tobytes() == whole(physics=physics, strain=strain)
+
+
+def test_strain_stays_until_it_is_changed_and_phase_is_from_now_on():
+    rest = np.zeros((7, 2, 2, 2))
+    sim = Simulation(DESIGNS, SHORT, strain=rest)
+    assert to_the_end(sim) == whole(strain=rest)
+    phase = np.full((7, 2, 2, 2), 0.25)
+    sim = Simulation(DESIGNS, SHORT)
+    sim.advance(steps=0, phase=phase)
+    assert to_the_end(sim) == whole(phase=phase)
+    sim = Simulation(DESIGNS, SHORT)
+    sim.advance(cycles=1)
+    sim.advance(until=np.inf, strain=rest)
+    assert sim.displacement.tobytes() not in (whole(), whole(strain=rest))
+
+
+def test_the_state_is_what_frames_show():
+    sim = Simulation(DESIGNS, SHORT)
+    sim.advance(steps=700)
+    state, frames = sim.state, simulate(DESIGNS, SHORT, frames=700).frames
+    there = np.array(DESIGNS) > 0
+    assert state.position[there].tobytes() == frames.position[there, 1].tobytes()
+    assert state.orientation[there].tobytes() == frames.quaternion[there, 1].tobytes()
+    assert state.edge[there].tobytes() == frames.edge[there, 1].tobytes()
+    assert list(state.step[there]) == [700] * 6
+    voxels = frames.position[0, 1].reshape(-1, 3)
+    np.testing.assert_allclose(state.centre[0], np.nanmean(voxels, axis=0), rtol=1e-14)
+
+
+def test_what_control_asks_for():
+    sim = Simulation([6560, 1], SHORT)
+    sim.advance(cycles=1)
+    state = sim.state
+    assert state.on_floor[0, :, :, 0].any()
+    assert not state.on_floor[0, :, :, 1].any()
+    assert not state.on_floor[1, 1].any()
+    np.testing.assert_allclose(state.relative_position[0].sum(axis=(0, 1, 2)), 0, atol=1e-15)
+    np.testing.assert_allclose(state.relative_velocity[0].sum(axis=(0, 1, 2)), 0, atol=1e-14)
+    earlier = state.position[0]
+    sim.advance(steps=1)
+    after = sim.state
+    moved = earlier + after.velocity[0] * SHORT.time_step
+    np.testing.assert_allclose(after.position[0], moved, rtol=0, atol=1e-16)
+    assert np.isfinite(after.spin[0]).all()
+
+
+def test_displacement_is_unknown_while_settling_and_zero_for_the_empty_design():
+    sim = Simulation([6453, 0], SHORT)
+    assert np.isnan(sim.displacement[0]).all()
+    assert not sim.displacement[1].any()
+    sim.advance(cycles=1)
+    assert np.isfinite(sim.displacement).all()
+    assert list(sim.ended) == [False, True]
+
+
+def test_saved_and_restored_it_goes_on_on_any_instruction_set():
+    expected = whole()
+    for source in engine.isa_names():
+        for target in engine.isa_names():
+            sim = Simulation(DESIGNS, SHORT, isa=source)
+            sim.advance(steps=900)
+            again = Simulation.restore(sim.save(), isa=target)
+            assert again.save() == sim.save()
+            assert to_the_end(again) == expected
+
+
+def test_a_pickle_goes_on_and_one_that_ended_stays():
+    sim = Simulation(DESIGNS, SHORT, threads=1)
+    sim.advance(cycles=1)
+    twin = pickle.loads(pickle.dumps(sim))
+    assert to_the_end(twin) == whole()
+    assert to_the_end(pickle.loads(pickle.dumps(twin))) == whole()
+    sim.advance(cycles=1)  # the twin's running did not move it
+    assert not sim.ended[0]
+
+
+def test_a_diverged_design_is_told_from_the_others_and_leaves_no_trace():
+    strain = np.full((7, 2, 2, 2), SHORT.strain)
+    strain[0] = 1e3
+    strain[4] = np.nan
+    expected = simulate(DESIGNS, SHORT, strain=strain)
+    assert list(np.flatnonzero(expected.diverged)) == [0, 4]
+    sim = Simulation(DESIGNS, SHORT, strain=strain)
+    sim.advance(until=0.99 * SHORT.duration)
+    assert list(sim.diverged) == list(expected.diverged)
+    assert np.isnan(sim.displacement[[0, 4]]).all()
+    twin = Simulation.restore(sim.save())
+    assert list(twin.diverged) == list(expected.diverged)
+    assert to_the_end(twin) == expected.displacement.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "one of cycles, steps and until"),
+        ({"cycles": 1, "steps": 2}, "one of cycles, steps and until"),
+        ({"steps": -1}, "steps must be at least 0"),
+        ({"steps": 1.5}, "steps must be a whole number"),
+        ({"cycles": -1}, "cycles must not be negative"),
+        ({"cycles": "two"}, "cycles must be a number"),
+        ({"until": float("nan")}, "until must not be negative"),
+        ({"steps": 1, "strain": np.zeros(3)}, "strain must have shape"),
+        ({"steps": 1, "strain": np.zeros((1, 4, 2, 2, 2))}, "one amplitude from now on"),
+        ({"steps": 1, "phase": np.zeros((2, 2, 2))}, "phase must have shape"),
+    ],
+)
+def test_what_does_not_fit_is_refused_and_nothing_has_moved(options, message):
+    sim = Simulation(6453, SHORT)
+    with pytest.raises((TypeError, ValueError), match=message):
+        sim.advance(**options)
+    assert sim.state.step[0] == 0
+
+
+def test_what_is_no_saved_simulation_is_refused():
+    sim = Simulation(6453, SHORT)
+    saved = sim.save()
+    for bad, message in (
+        (b"PK something else", "no saved simulation"),
+        (MAGIC.replace(b"1", b"9") + saved[len(MAGIC) :], "another format"),
+        (saved[:-1], "damaged"),
+        (saved[:100] + bytes([saved[100] ^ 1]) + saved[101:], "damaged"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            Simulation.restore(bad)
+    with pytest.raises(TypeError, match="must be bytes"):
+        Simulation.restore("text")
+
+
+def test_a_simulation_of_another_engine_is_refused(monkeypatch):
+    saved = Simulation(6453, SHORT).save()
+    monkeypatch.setattr("softvox_gym.paused.engine_probe", lambda: "another")
+    with pytest.raises(ValueError, match="saved by another engine"):
+        Simulation.restore(saved)
