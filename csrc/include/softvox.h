@@ -57,6 +57,7 @@ typedef struct {
     int32_t track_samples;           /* rows of the track, 0 for none */
     int32_t frame_every;             /* steps between frames */
     int32_t frame_count;             /* rows of the frames, 0 for none */
+    int32_t steered;                 /* 1 where strain and phase may jump at any time */
     const uint8_t *digits;           /* [n][sites] 0 absent, 1 passive, 2 active */
     const sv_parameters *parameters; /* [n] */
     const double *strain;            /* [n][cycles][sites] amplitude; only active voxels use it */

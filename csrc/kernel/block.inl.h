@@ -160,7 +160,8 @@ typedef struct {
     sv_mask *can_use;   /* the memory of it */
     sv_wide frequency, settle_time, duration;
     sv_contacts contacts;
-    sv_wide time, next_event; /* s */
+    sv_wide time, next_event;   /* s */
+    sv_wide first_energy, gain; /* J/kg, when measuring began, and what a body can come by after that */
     sv_clock clock[SV_LANES];
     int32_t step;
     sv_mask diverged;

@@ -3,16 +3,25 @@
 
 #include "block.inl.h"
 
-#define SV_CYCLE_SLACK 1e-3  /* cycles by which actuation may begin before a whole turn and still count as on it */
-#define SV_MOST_TURNS 0x1p50 /* beyond, a double no longer tells parts of a turn */
+#define SV_CYCLE_SLACK 1e-3       /* cycles by which actuation may begin before a whole turn and still count as on it */
+#define SV_TURN 6.283185307179586 /* rad */
+#define SV_MOST_TURNS 0x1p50      /* beyond, a double no longer tells parts of a turn */
 
 /* sin(2 pi x) for |x| < 2^51, by its Taylor series on a quarter turn (remainder below 1e-18). Our own, because
  * the last bits of a C library's sine differ between machines. */
 SV_INLINE sv_wide sv_sine(sv_wide x)
 {
-    const double c[] = {6.283185307179586,   -41.34170224039976,    81.60524927607506,    -76.70585975306139,
-                        42.058693944897655,  -15.09464257682299,    3.819952584848282,    -0.7181223017785006,
-                        0.10422916220813984, -0.012031585942120627, 0.0011309237482517963};
+    const double c[] = {SV_TURN,
+                        -41.34170224039976,
+                        81.60524927607506,
+                        -76.70585975306139,
+                        42.058693944897655,
+                        -15.09464257682299,
+                        3.819952584848282,
+                        -0.7181223017785006,
+                        0.10422916220813984,
+                        -0.012031585942120627,
+                        0.0011309237482517963};
     sv_wide r = x - sv_round(x);
     r = sv_select(sv_gt(r, sv_splat(0.25)), 0.5 - r, r);
     r = sv_select(sv_lt(r, sv_splat(-0.25)), -0.5 - r, r);

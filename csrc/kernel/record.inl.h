@@ -1,10 +1,12 @@
 /* What is read off a run: the centre of mass, its track, whole frames, and whether it diverged. physics.md 8 */
 #pragma once
 
-#include "block.inl.h"
-#include "kernels.h"
+#include "pump.inl.h"
 
 #include <math.h>
+
+#define SV_WATCH_EVERY 32    /* steps between looks at the energy */
+#define SV_FASTEST_SHARE 0.2 /* of the speed of sound: what the pump can give a voxel at most */
 
 static void sv_centre_of_mass(const sv_block *b, int lane, double centre[3])
 {
@@ -53,6 +55,67 @@ static void sv_record_track(sv_block *b, int lane, const double centre[3])
     }
 }
 
+/* Kinetic and potential energy of each lane's body over its mass, J/kg; of one body across the lanes, in the first. The
+ * order of the sum is that of the voxels, whatever the seating. physics.md 8 */
+static sv_wide sv_energy(const sv_block *b)
+{
+    const sv_vec3 gravity = sv_scale3(b->k.dt_over_mass / b->k.dt, b->k.weight);
+    sv_wide sum = sv_splat(0);
+    for (int32_t row = 0; row < b->rows; row++) {
+        const sv_voxel *x = &b->voxels[row];
+        sv_wide energy = 0.5 * sv_dot3(x->velocity, x->velocity) - sv_dot3(gravity, x->pose.place);
+        energy = sv_select(b->has_voxel[row], energy, sv_splat(0));
+        if (!b->is_across)
+            sum = sum + energy;
+        for (int lane = 0; b->is_across && lane < SV_LANES; lane++)
+            sum[0] += energy[lane];
+    }
+    for (int lane = 0; lane < SV_LANES; lane++)
+        sum[lane] /= b->voxel_count[lane];
+    return sum;
+}
+
+/* The most that pump and gravity can add to the energy of a lane's body, J/kg. physics.md 8 */
+static double sv_most_gain(const sv_block *b, int lane)
+{
+    const sv_batch *batch = b->batch;
+    const double L = batch->edge, per_mass = b->k.dt_over_mass[lane] / b->k.dt[lane];
+    const double sound = __builtin_sqrt(b->k.a1[lane] * per_mass); /* voxel widths/s */
+    const double n = fmax(batch->nx, fmax(batch->ny, batch->nz));
+    const size_t sites = (size_t)sv_sites(sv_lattice_of(batch)), design = (size_t)b->design[lane];
+    double most = 0, jump = 0;
+    for (size_t site = 0; site < sites; site++) {
+        if (batch->digits[design * sites + site] != 2)
+            continue;
+        const double *strain = batch->strain + design * (size_t)batch->cycles * sites + site;
+        for (size_t row = 0; row < (size_t)batch->cycles; row++)
+            most = fmax(most, fabs(strain[row * sites]));
+        const double phase = batch->phase ? batch->phase[design * sites + site] : 0;
+        const double first = strain[0] * sv_sine(sv_splat(b->frequency[lane] * b->settle_time[lane] + phase))[0];
+        jump = fmax(jump, batch->actuation == SV_EXPAND_AND_CONTRACT ? fabs(first) : first);
+    }
+    jump = batch->steered ? most : jump;
+    const double x = b->k.weight.x[lane], y = b->k.weight.y[lane], z = b->k.weight.z[lane];
+    const double fall = per_mass * __builtin_sqrt(x * x + y * y + z * z);
+    const double push = fmax(SV_TURN * b->frequency[lane] * most, sound * jump);
+    const double speed = n * L * fmin(push, SV_FASTEST_SHARE * sound);
+    return 0.5 * n * L * (1 + most) * fall + 0.25 * speed * speed;
+}
+
+/* Takes up what the pump can give now, beside what it could before. */
+static void sv_allow_energy(sv_block *b)
+{
+    for (int lane = 0; lane < SV_LANES; lane++)
+        if (b->design[lane] >= 0)
+            b->gain[lane] = fmax(b->gain[lane], sv_most_gain(b, lane));
+}
+
+/* A lane whose body has more energy than it can have come by since the measurement began has diverged. */
+static void sv_watch_energy(sv_block *b)
+{
+    b->diverged |= sv_gt(sv_energy(b), b->first_energy + b->gain);
+}
+
 static void sv_record_lane(sv_block *b, int lane)
 {
     sv_clock *clock = &b->clock[lane];
@@ -60,6 +123,7 @@ static void sv_record_lane(sv_block *b, int lane)
     sv_centre_of_mass(b, lane, centre);
     if (!clock->measuring) {
         clock->measuring = true;
+        b->first_energy[lane] = sv_energy(b)[lane];
         for (int i = 0; i < 3; i++)
             clock->start[i] = b->results->start[3 * b->design[lane] + i] = centre[i];
     }
@@ -132,6 +196,8 @@ static bool sv_record(sv_block *b)
             if (b->design[lane] >= 0 && !b->clock[lane].ended && row < b->batch->frame_count)
                 sv_record_frame(b, lane, row);
     }
+    if (b->step % SV_WATCH_EVERY == 0)
+        sv_watch_energy(b);
     if (!sv_any(sv_gt(b->time, b->next_event)))
         return false;
     for (int lane = 0; lane < SV_LANES; lane++) {

@@ -332,6 +332,8 @@ static void sv_set_clocks(sv_block *b)
     b->time = sv_splat(0);
     b->step = 0;
     b->diverged = sv_mask_of(0);
+    b->first_energy = sv_splat(INFINITY);
+    b->gain = sv_splat(0);
     for (int lane = 0; lane < SV_LANES; lane++) {
         b->clock[lane] = (sv_clock){.ended = b->design[lane] < 0};
     }
@@ -417,6 +419,7 @@ static void sv_kernel_actuate(void *memory)
     }
     for (int32_t row = 0; row < b->rows; row++)
         sv_load_strain(b, row, sv_cycle_of(b, row));
+    sv_allow_energy(b);
 }
 
 static void sv_kernel_close(void *memory)

@@ -4,6 +4,8 @@
 
 #include "setup.inl.h"
 
+#define SV_CLOCK 15 /* numbers in sv_state.clock */
+
 static void sv_copy(double *kept, sv_wide *wide, int lane, bool out)
 {
     if (out)
@@ -27,7 +29,7 @@ static void sv_copy_mask(double *kept, sv_mask *mask, int lane, bool out)
         *mask = sv_mask_of((sv_bits(*mask) & ~(1u << lane)) | (uint32_t)(*kept != 0) << lane);
 }
 
-static void sv_copy_clock(sv_block *b, int lane, double kept[13], bool out)
+static void sv_copy_clock(sv_block *b, int lane, double kept[SV_CLOCK], bool out)
 {
     sv_clock *clock = &b->clock[lane];
     const bool torn = b->is_across ? sv_any(b->diverged) : sv_lane(b->diverged, lane);
@@ -47,6 +49,8 @@ static void sv_copy_clock(sv_block *b, int lane, double kept[13], bool out)
         *(out ? &kept[7 + i] : &clock->start[i]) = out ? clock->start[i] : kept[7 + i];
     if (out)
         sv_centre_of_mass(b, lane, &kept[10]);
+    sv_copy(&kept[13], &b->first_energy, lane, out);
+    sv_copy(&kept[14], &b->gain, lane, out);
 }
 
 static void sv_copy_voxels(sv_block *b, int lane, double (*kept)[14], bool out)
@@ -119,7 +123,7 @@ static void sv_kernel_copy(void *memory, sv_state *state, bool out)
             continue;
         const size_t design = (size_t)b->design[lane], at = design * sites;
         if (state->clock)
-            sv_copy_clock(b, lane, state->clock + design * 13, out);
+            sv_copy_clock(b, lane, state->clock + design * SV_CLOCK, out);
         if (state->voxel)
             sv_copy_voxels(b, lane, (double (*)[14])(state->voxel + at * 14), out);
         if (state->link)

@@ -288,7 +288,7 @@ def workspace_bytes(batch: Batch, *, isa: str | None = None) -> int:
 
 
 #: What changes in a run, by name: the shape of each after (n, sites), or (n,) for the clock.
-STATE = {"clock": (13,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
+STATE = {"clock": (15,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
 
 
 class PausedRun:
@@ -316,6 +316,10 @@ class PausedRun:
         self._memory = [_memory(size) for size in sizes]
         self._blocks = ffi.new("void *[]", self._memory)
         _expect_done(lib.sv_start(*facts, made.results, self._blocks, made.isa))
+
+    def steer(self) -> None:
+        """Say that strain and phase have been changed, and may be again."""
+        self._made.c_batch.steered = 1
 
     @property
     def output(self) -> Output:

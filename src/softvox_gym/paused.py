@@ -122,7 +122,7 @@ class Simulation:
         if self._batch.phase is None:
             zeros = np.zeros(self._batch.digits.shape)
             self._batch = engine.Batch(**{**vars(self._batch), "phase": zeros})
-        self._threads = threads
+        self._threads, self._steered = threads, False
         self._run = engine.PausedRun(self._batch, threads=threads, isa=isa)
         # Each design's whole cycles are counted from here: s, and how many so far.
         self._counted_from = np.full(n, float(self.physics.settle_time))
@@ -186,6 +186,9 @@ class Simulation:
             self._batch.strain[:] = new_strain
         if new_phase is not None and self._batch.phase is not None:
             self._batch.phase[:] = new_phase
+        self._steered = self._steered or new_strain is not None or new_phase is not None
+        if self._steered:
+            self._run.steer()
         goal = self._end_of(cycles) if cycles is not None else until
         times = None if goal is None else np.broadcast_to(np.float64(goal), len(self)).copy()
         self._run.advance(times, MOST if steps is None else int(steps))
@@ -271,6 +274,7 @@ class Simulation:
             "phase": self._batch.phase,
             "counted_from": self._counted_from,
             "cycles": self._cycles,
+            "steered": np.array(self._steered),
             **{name: getattr(output, name) for name in ("status", "steps", "start", "end")},
             **self._run.state(*engine.STATE),
         }
@@ -316,6 +320,7 @@ class Simulation:
         actuation = {"strain": kept["strain"], "phase": kept["phase"]}
         sim._batch = engine.Batch(**{**vars(batch), **actuation})
         sim._start(threads, isa)
+        sim._steered = bool(kept["steered"])
         sim._counted_from[:], sim._cycles[:] = kept["counted_from"], kept["cycles"]
         for name in ("status", "steps", "start", "end"):
             getattr(sim._run.output, name)[:] = kept[name]
