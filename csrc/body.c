@@ -1,8 +1,8 @@
 #include "body.h"
 
-static const sv_place sv_axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+#include <stdlib.h>
 
-static const int32_t sv_near_reach = 3; /* links; physics.md 5 */
+static const sv_place sv_axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 int32_t sv_sites(sv_lattice l)
 {
@@ -82,21 +82,37 @@ void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, i
     }
 }
 
-/* Adds to the vicinity of `start` all later sites that are at most `links` further links away from `here`. */
-static void sv_walk(sv_lattice l, const uint8_t *digits, sv_place start, sv_place here, int32_t links, uint32_t *near)
+/* Whether links lead to a site from the one that is so many steps before it, by a shortest way: of at most 3 links
+ * there is no other between sites of different links. */
+static bool sv_leads(const uint8_t *digits, const int32_t step[3], int32_t site, int32_t x, int32_t y, int32_t z)
 {
-    for (int32_t way = 0; way < 6; way++) {
-        const int32_t site = sv_neighbour(l, here, way / 2, way % 2 ? -1 : 1);
-        if (site < 0 || !digits[site])
-            continue;
-        sv_place next = here;
-        *(way < 2 ? &next.x : way < 4 ? &next.y : &next.z) += way % 2 ? -1 : 1;
-        const int32_t bit = sv_near_bit(next.x - start.x, next.y - start.y, next.z - start.z);
-        if (bit >= 0)
-            *near |= 1u << bit;
-        if (links > 1)
-            sv_walk(l, digits, start, next, links - 1, near);
+    if (!digits[site])
+        return false;
+    if (abs(x) + abs(y) + abs(z) <= 1)
+        return true;
+    const int32_t to_x = (x > 0) - (x < 0), to_y = (y > 0) - (y < 0), to_z = (z > 0) - (z < 0);
+    return (x && sv_leads(digits, step, site - to_x * step[0], x - to_x, y, z)) ||
+           (y && sv_leads(digits, step, site - to_y * step[1], x, y - to_y, z)) ||
+           (z && sv_leads(digits, step, site - to_z * step[2], x, y, z - to_z));
+}
+
+/* The bits of sv_vicinity.near for a voxel. */
+static uint32_t sv_near_bits(sv_lattice l, const uint8_t *digits, sv_place here)
+{
+    const int32_t step[3] = {1, l.nx, l.nx * l.ny}, site = here.x + l.nx * (here.y + l.ny * here.z);
+    uint32_t bits = 0;
+    for (int32_t z = 0; z <= SV_NEAR && here.z + z < l.nz; z++) {
+        for (int32_t y = z - SV_NEAR; y <= SV_NEAR - z; y++) {
+            const int32_t reach = SV_NEAR - z - abs(y);
+            for (int32_t x = -reach; x <= reach && here.y + y >= 0 && here.y + y < l.ny; x++) {
+                const int32_t bit = sv_near_bit(x, y, z);
+                if (bit >= 0 && here.x + x >= 0 && here.x + x < l.nx &&
+                    sv_leads(digits, step, site + x + l.nx * (y + l.ny * z), x, y, z))
+                    bits |= 1u << bit;
+            }
+        }
     }
+    return bits;
 }
 
 static bool sv_is_on_surface(sv_lattice l, const uint8_t *digits, sv_place here)
@@ -115,7 +131,7 @@ bool sv_vicinities(sv_lattice lattice, const sv_body *body, const uint8_t *digit
         const sv_place here = body->place[v];
         vicinity[v] = (sv_vicinity){0, digits[body->site[v]] && sv_is_on_surface(lattice, digits, here)};
         if (vicinity[v].on_surface)
-            sv_walk(lattice, digits, here, here, sv_near_reach, &vicinity[v].near);
+            vicinity[v].near = sv_near_bits(lattice, digits, here);
     }
     for (int32_t a = 0; a < body->voxels; a++) /* found at once, but in the smallest bodies */
         for (int32_t b = body->voxels - 1; b > a; b--)

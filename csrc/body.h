@@ -51,6 +51,8 @@ void sv_body_take(sv_body *body, sv_size size, sv_arena *arena);
 /* Fills in the body of the sites whose occupied byte is not 0, with room for a number per site. */
 void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, int32_t *voxel_at);
 
+#define SV_NEAR 3 /* links; physics.md 5 */
+
 /* What a voxel of one design can't collide with: what is at most 3 links away. physics.md 5 */
 typedef struct {
     uint32_t near; /* a bit for each of the 31 later sites within 3 steps: whether links lead there */
@@ -70,7 +72,7 @@ static inline int32_t sv_near_bit(int32_t x, int32_t y, int32_t z)
                                      {-1, -1, -1, 30, -1, -1, -1}};
     const int32_t steps = (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
     const bool later = z > 0 || (z == 0 && (y > 0 || (y == 0 && x > 0)));
-    return steps <= 3 && later ? row[z][y + 3] + x : -1;
+    return steps <= SV_NEAR && later ? row[z][y + 3] + x : -1;
 }
 
 /* Whether links lead from voxel a in at most 3 steps to a later one. */

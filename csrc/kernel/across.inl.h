@@ -19,13 +19,12 @@ SV_INLINE void sv_write_pose(sv_block *b, int32_t row)
     sv_store_lines(&b->across.pose[row * SV_LANES], n);
 }
 
-SV_INLINE void sv_link_row_step(sv_block *b, int32_t row, sv_wide broken)
+SV_INLINE void sv_link_row_along(sv_block *b, int32_t row, sv_axis axis, sv_wide broken)
 {
     sv_across *x = &b->across;
     const sv_link_row *link = &x->link[row];
     const sv_pose pose_a = sv_read_pose(x->pose, link->a), pose_b = sv_read_pose(x->pose, link->b);
     const sv_mat3 axes = sv_matrix(pose_a.turn);
-    const sv_axis axis = {SV_MIXED, link->along_y, link->along_z};
     sv_link_effect e;
     b->diverged |= sv_link_step(&b->k, broken, &pose_a, &axes, &pose_b, axis, &b->memory[row], &e);
     sv_wide on_a[8] = {e.force.x, e.force.y, e.force.z, -e.moment_a.x, -e.moment_a.y, -e.moment_a.z};
@@ -33,6 +32,24 @@ SV_INLINE void sv_link_row_step(sv_block *b, int32_t row, sv_wide broken)
     const int32_t line = row * SV_LANES & (x->lines - 1);
     sv_store_lines(&x->effect[line], on_a);
     sv_store_lines(&x->effect[x->lines + line], on_b);
+}
+
+SV_INLINE void sv_link_row_step(sv_block *b, int32_t row, sv_wide broken)
+{
+    const sv_axis axis = b->across.link[row].axis;
+    switch (axis.all) {
+    case 0:
+        sv_link_row_along(b, row, (sv_axis){.all = 0}, broken);
+        break;
+    case 1:
+        sv_link_row_along(b, row, (sv_axis){.all = 1}, broken);
+        break;
+    case 2:
+        sv_link_row_along(b, row, (sv_axis){.all = 2}, broken);
+        break;
+    default:
+        sv_link_row_along(b, row, (sv_axis){SV_MIXED, axis.y, axis.z}, broken);
+    }
 }
 
 /* Force and moment on a row of voxels from their links: six lines each, of zeros where there is no link. */

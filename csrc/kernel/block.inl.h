@@ -117,17 +117,28 @@ typedef struct {
     double start[3]; /* m, centre of mass when measuring began */
 } sv_clock;
 
+#define SV_MIXED 3
+
+/* The axis of the links in all lanes, or SV_MIXED: y and z are the lanes in which it is that. */
+typedef struct {
+    int32_t all;
+    sv_mask y, z;
+} sv_axis;
+
 /* SV_LANES links of one body. The last row repeats its last link. */
 typedef struct {
     int32_t a[SV_LANES], b[SV_LANES];
-    sv_mask along_y, along_z;
+    sv_axis axis;
 } sv_link_row;
+
+#define SV_TOGETHER (4 * SV_LANES) /* voxels whose links are computed together; so most rows have one axis */
 
 /* One body across the lanes. Voxels are read by lines, and what links do to a voxel is written by lines; the
  * latter are used again, as links reach no farther than one layer of the lattice. */
 typedef struct {
     int32_t link_rows;
     sv_link_row *link;  /* [link_rows] */
+    int32_t *slot;      /* [links] where a link lies, row by row: those of SV_TOGETHER voxels by their axes */
     int32_t *links_end; /* [rows] link rows to be done before a row of voxels moves */
     sv_line *pose;      /* [rows * SV_LANES] */
     sv_line *effect;    /* [2 * lines + 1] force and moment on a, then on b, then zeros */

@@ -15,14 +15,6 @@ typedef struct {
     sv_quat outward;
 } sv_deformation;
 
-/* The axis of the links in all lanes, or SV_MIXED: y and z are the lanes in which it is that. */
-typedef struct {
-    int32_t all;
-    sv_mask y, z;
-} sv_axis;
-
-#define SV_MIXED 3
-
 /* To the frame in which the link points along x, and back. */
 SV_INLINE sv_vec3 sv_into_link(sv_axis axis, sv_vec3 a)
 {

@@ -51,10 +51,13 @@ static void sv_across_take(sv_across *x, int32_t rows, sv_size size, sv_arena *a
 {
     const size_t seats = (size_t)rows * SV_LANES;
     x->link_rows = (size.links + SV_LANES - 1) / SV_LANES;
-    /* Between the first link that ends at a row of voxels and the last that starts there. */
-    for (x->lines = SV_LANES; x->lines < 3 * (size.layer + SV_LANES) + SV_LANES && x->lines < x->link_rows * SV_LANES;)
+    /* From the first link that ends at a row of voxels to the last that is computed together with those starting there.
+     */
+    const int32_t span = 3 * (size.layer + 2 * SV_TOGETHER) + 2 * SV_LANES;
+    for (x->lines = SV_LANES; x->lines < span && x->lines < x->link_rows * SV_LANES;)
         x->lines *= 2;
     x->link = sv_take(arena, (size_t)x->link_rows, sizeof *x->link);
+    x->slot = sv_take(arena, (size_t)size.links, sizeof *x->slot);
     x->links_end = sv_take(arena, (size_t)rows, sizeof *x->links_end);
     x->pose = sv_take(arena, seats, sizeof *x->pose);
     x->effect = sv_take(arena, 2 * (size_t)x->lines + 1, sizeof *x->effect);
@@ -179,35 +182,60 @@ static void sv_build_bodies(sv_block *b, const uint8_t *digits[SV_LANES], uint8_
         b->has_link[l] = b->has_voxel[b->body.link[l].a] & b->has_voxel[b->body.link[l].b];
 }
 
-/* Lays the links of one body across the lanes, and says which lines each voxel adds up. */
+/* Gives the links of one body their places, and says which are done before a row of voxels moves. */
+static void sv_set_slots(sv_block *b)
+{
+    sv_across *x = &b->across;
+    const sv_body *body = &b->body;
+    int32_t taken = 0;
+    for (int32_t from = 0; from < b->rows * SV_LANES; from += SV_TOGETHER) {
+        const int32_t last = (from + SV_TOGETHER < body->voxels ? from + SV_TOGETHER : body->voxels) - 1;
+        const int32_t end = body->joints[last].first + body->joints[last].starting;
+        for (int32_t axis = 0; axis < 3; axis++)
+            for (int32_t l = body->joints[from].first; l < end; l++)
+                if (body->link[l].axis == axis)
+                    x->slot[l] = taken++;
+        for (int32_t row = from / SV_LANES; row < b->rows && row < (from + SV_TOGETHER) / SV_LANES; row++)
+            x->links_end[row] = (taken + SV_LANES - 1) / SV_LANES;
+    }
+}
+
+/* Lays the links of one body across the lanes. */
+static void sv_set_link_rows(sv_block *b)
+{
+    sv_across *x = &b->across;
+    const sv_body *body = &b->body;
+    for (int32_t row = 0; row < x->link_rows; row++)
+        x->link[row].axis = (sv_axis){-1, sv_mask_of(0), sv_mask_of(0)};
+    for (int32_t l = 0; l < body->links; l++) {
+        const sv_link *link = &body->link[l];
+        const int32_t last = x->slot[l] == body->links - 1 ? x->link_rows * SV_LANES - 1 : x->slot[l];
+        for (int32_t slot = x->slot[l]; slot <= last; slot++) { /* one, but of the last link */
+            sv_link_row *row = &x->link[slot / SV_LANES];
+            const sv_mask lane = sv_mask_of(1u << slot % SV_LANES);
+            row->a[slot % SV_LANES] = link->a, row->b[slot % SV_LANES] = link->b;
+            row->axis.all = row->axis.all == -1 || row->axis.all == link->axis ? link->axis : SV_MIXED;
+            row->axis.y |= link->axis == 1 ? lane : sv_mask_of(0);
+            row->axis.z |= link->axis == 2 ? lane : sv_mask_of(0);
+        }
+    }
+}
+
+/* Says which lines each voxel of one body adds up. */
 static void sv_set_across(sv_block *b)
 {
     sv_across *x = &b->across;
     const sv_body *body = &b->body;
-    for (int32_t row = 0; row < x->link_rows; row++) {
-        uint32_t y = 0, z = 0;
-        for (int lane = 0; lane < SV_LANES; lane++) {
-            const int32_t i = row * SV_LANES + lane;
-            const sv_link *link = &body->link[i < body->links ? i : body->links - 1];
-            x->link[row].a[lane] = link->a, x->link[row].b[lane] = link->b;
-            y |= (uint32_t)(link->axis == 1) << lane;
-            z |= (uint32_t)(link->axis == 2) << lane;
-        }
-        x->link[row].along_y = sv_mask_of(y), x->link[row].along_z = sv_mask_of(z);
-    }
+    sv_set_slots(b);
+    sv_set_link_rows(b);
     for (int32_t v = 0; v < b->rows * SV_LANES; v++) {
         const sv_joints joints = v < body->voxels ? body->joints[v] : (sv_joints){.starting = 0};
-        for (int32_t i = 0; i < 6; i++) {
-            const bool starts = i < joints.starting, ends = i >= 3 && i - 3 < joints.ending;
-            const int32_t link = starts ? joints.first + i : ends ? joints.end[i - 3] : 0;
-            const int32_t line = link & (x->lines - 1);
-            x->adds[v][i] = starts ? line : ends ? x->lines + line : 2 * x->lines;
-        }
-    }
-    for (int32_t row = 0; row < b->rows; row++) {
-        const int32_t last = (row + 1) * SV_LANES < body->voxels ? (row + 1) * SV_LANES : body->voxels;
-        const int32_t links = body->joints[last - 1].first + body->joints[last - 1].starting;
-        x->links_end[row] = (links + SV_LANES - 1) / SV_LANES;
+        for (int32_t i = 0; i < 6; i++)
+            x->adds[v][i] = 2 * x->lines;
+        for (int32_t i = 0; i < joints.starting; i++)
+            x->adds[v][i] = x->slot[joints.first + i] & (x->lines - 1);
+        for (int32_t i = 0; i < joints.ending; i++)
+            x->adds[v][3 + i] = x->lines + (x->slot[joints.end[i]] & (x->lines - 1));
     }
     memset(&x->effect[2 * x->lines], 0, sizeof *x->effect);
 }

@@ -72,12 +72,11 @@ static void sv_copy_voxels(sv_block *b, int lane, double (*kept)[14], bool out)
 
 static void sv_copy_links(sv_block *b, int lane, double (*kept)[3][10], bool out)
 {
-    const int32_t links = b->body.links, all = b->is_across ? b->across.link_rows * SV_LANES : links;
-    for (int32_t l = 0; l < all; l++) {
-        const sv_link *link = &b->body.link[l < links ? l : links - 1];
+    for (int32_t l = 0; l < b->body.links; l++) {
+        const sv_link *link = &b->body.link[l];
         if (!sv_lane_has(b, lane, link->a) || !sv_lane_has(b, lane, link->b))
             continue;
-        const sv_seat seat = sv_seat_of(b, lane, l);
+        const sv_seat seat = sv_seat_of(b, lane, b->is_across ? b->across.slot[l] : l);
         sv_link_memory *memory = &b->memory[seat.row];
         double *row = kept[b->body.site[link->a]][link->axis];
         sv_copy3(&row[0], &memory->stretch, seat.lane, out);
