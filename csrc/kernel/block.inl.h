@@ -88,6 +88,7 @@ typedef struct {
     sv_wide frequency, settle_time, duration;
     sv_contacts contacts;
     sv_wide time, next_event; /* s */
+    sv_wide most_energy;      /* J/kg, more than which a run has diverged */
     sv_clock clock[SV_LANES];
     int32_t step;
     sv_mask diverged;

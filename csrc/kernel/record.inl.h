@@ -3,8 +3,12 @@
 
 #include "block.inl.h"
 #include "kernels.h"
+#include "pump.inl.h"
 
 #include <math.h>
+
+#define SV_WATCH_EVERY 32    /* steps between looks at the energy */
+#define SV_FASTEST_SHARE 0.2 /* of the speed of sound: what the pump can give a voxel at most */
 
 static void sv_centre_of_mass(const sv_block *b, int lane, double centre[3])
 {
@@ -51,6 +55,52 @@ static void sv_record_track(sv_block *b, int lane, const double centre[3])
     }
 }
 
+/* Kinetic and potential energy of each lane's body over its mass, J/kg. physics.md 8 */
+static sv_wide sv_energy(const sv_block *b)
+{
+    const sv_vec3 gravity = sv_scale3(b->k.dt_over_mass / b->k.dt, b->k.weight);
+    sv_wide sum = sv_splat(0), count = sv_splat(0);
+    for (int32_t v = 0; v < b->body.voxels; v++) {
+        const sv_voxel *x = &b->voxels[v];
+        sv_wide energy = 0.5 * sv_dot3(x->velocity, x->velocity) - sv_dot3(gravity, x->place), one = sv_splat(1);
+        sum = sum + (b->masked ? sv_select(b->has_voxel[v], energy, sv_splat(0)) : energy);
+        count = count + (b->masked ? sv_select(b->has_voxel[v], one, sv_splat(0)) : one);
+    }
+    return sum / count;
+}
+
+/* The most that pump and gravity can add to a lane's energy, J/kg; `sound` in voxel widths/s. physics.md 8 */
+static double sv_most_gain(const sv_block *b, int lane)
+{
+    const sv_batch *batch = b->batch;
+    const double L = batch->edge, per_mass = b->k.dt_over_mass[lane] / b->k.dt[lane];
+    const double sound = sqrt(b->k.a1[lane] * per_mass), n = fmax(batch->nx, fmax(batch->ny, batch->nz));
+    size_t sites = (size_t)sv_sites(sv_lattice_of(batch)), design = (size_t)b->design[lane];
+    double most = 0, jump = 0;
+    for (size_t site = 0; site < sites; site++) {
+        if (batch->digits[design * sites + site] != 2)
+            continue;
+        const double *strain = batch->strain + design * (size_t)batch->cycles * sites + site;
+        for (size_t row = 0; row < (size_t)batch->cycles; row++)
+            most = fmax(most, fabs(strain[row * sites]));
+        double phase = batch->phase ? batch->phase[design * sites + site] : 0;
+        double first = strain[0] * sv_sine(sv_splat(b->frequency[lane] * b->settle_time[lane] + phase))[0];
+        jump = fmax(jump, batch->actuation == SV_EXPAND_AND_CONTRACT ? fabs(first) : first);
+    }
+    double fall =
+        per_mass * sqrt(b->k.weight.x[lane] * b->k.weight.x[lane] + b->k.weight.y[lane] * b->k.weight.y[lane] +
+                        b->k.weight.z[lane] * b->k.weight.z[lane]);
+    double push = fmax(6.283185307179586 * b->frequency[lane] * most, sound * jump);
+    double speed = n * L * fmin(push, SV_FASTEST_SHARE * sound);
+    return 0.5 * n * L * (1 + most) * fall + 0.25 * speed * speed;
+}
+
+/* A lane whose body has more energy than it can have come by has diverged. */
+static void sv_watch_energy(sv_block *b)
+{
+    b->diverged |= sv_gt(sv_energy(b), b->most_energy);
+}
+
 static void sv_record_lane(sv_block *b, int lane)
 {
     sv_clock *clock = &b->clock[lane];
@@ -58,6 +108,7 @@ static void sv_record_lane(sv_block *b, int lane)
     sv_centre_of_mass(b, lane, centre);
     if (!clock->measuring) {
         clock->measuring = true;
+        b->most_energy[lane] = sv_energy(b)[lane] + sv_most_gain(b, lane);
         for (int i = 0; i < 3; i++)
             clock->start[i] = b->results->start[3 * b->design[lane] + i] = centre[i];
     }
@@ -118,6 +169,8 @@ static bool sv_record(sv_block *b)
             if (b->design[lane] >= 0 && !b->clock[lane].ended && row < b->batch->frame_count)
                 sv_record_frame(b, lane, row);
     }
+    if (b->step % SV_WATCH_EVERY == 0)
+        sv_watch_energy(b);
     if (!sv_any(sv_gt(b->time, b->next_event)))
         return false;
     bool all_ended = true;

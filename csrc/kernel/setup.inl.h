@@ -207,6 +207,7 @@ static void sv_set_clocks(sv_block *b)
     b->time = sv_splat(0);
     b->step = 0;
     b->diverged = sv_mask_of(0);
+    b->most_energy = sv_splat(INFINITY);
     for (int lane = 0; lane < SV_LANES; lane++) {
         b->clock[lane] = (sv_clock){.ended = b->design[lane] < 0};
         b->next_event[lane] = sv_next_event(b, lane);
