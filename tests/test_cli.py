@@ -147,6 +147,16 @@ def test_0_is_the_empty_design_and_scores_0():
     assert (data["design"], data["n_voxels"], data["fitness"]) == (0, 0, 0.0)
 
 
+def test_simulate_tells_what_half_the_step_changes():
+    error = simulate(6453, check_step=True).step_error[0]
+    assert f"step error    {error:.6f} voxel widths" in (
+        softvox("simulate", "6453", "--check-step").stdout
+    )
+    data = json.loads(softvox("simulate", "6453", "--check-step", "--json").stdout)
+    assert data["step_error"] == error
+    assert json.loads(softvox("simulate", "6453", "--json").stdout)["step_error"] is None
+
+
 def test_simulate_as_json_gives_what_simulate_gives_in_python():
     data = json.loads(softvox("simulate", "5757", "--json", "--physics", "exact").stdout)
     result = simulate(5757, Physics.exact(), track=1)
