@@ -11,7 +11,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise mechanisms realities sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -87,6 +87,9 @@ mechanisms: $(VENV)/installed
 
 realities: $(VENV)/installed
 	$(BIN)/python tools/realities.py
+
+step-error: $(VENV)/installed
+	$(BIN)/python tools/step_error.py
 
 sdist: $(VENV)/installed
 	rm -rf dist

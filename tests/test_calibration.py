@@ -138,7 +138,7 @@ def test_the_best_point_has_most_headings_then_fewest_diverged_then_the_nearest_
 
 
 def test_points_where_designs_diverge_are_told_and_score_nothing():
-    found = calibrate([track(6453, 1, 0), track(6013, 1, 0)], "damping_link=1,100")
+    found = calibrate([track(6453, 1, 0), track(6013, 1, 0)], "strain=0.2,150")
     assert found.diverged.tolist() == [[False, False], [True, True]]
     assert found.headings[1] == 0
     assert (found.end[1] == 0).all()
@@ -211,6 +211,6 @@ def test_tracks_that_no_heading_can_be_told_of_are_refused():
         calibrate([], "shear")
     with pytest.raises(ValueError, match=r"no design travels 0\.25 voxel widths"):
         calibrate([track(6453, 0.1, 0.2)], "shear")
-    wild = replace(TRUTH, physics=replace(TRUTH.physics, damping_link=100.0))
+    wild = replace(TRUTH, physics=replace(TRUTH.physics, strain=150.0))
     with pytest.raises(ValueError, match=r"2 of 2 designs diverge .*: 6453, 6013; leave them out"):
         tracks_of(wild, [6453, 6013])

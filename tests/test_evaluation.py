@@ -82,7 +82,7 @@ def test_threads_may_evaluate_side_by_side():
 
 
 def test_a_design_that_diverges_is_worth_nothing():
-    wild = {"youngs_modulus": 1e4, "density": 1e6, "strain": 1e6}
+    wild = {"strain": 1e6}
     evaluation = evaluate("2" * 8, wild, perturbations=[MeasurementNoise(1.0)], trials=2, seed=0)
     assert evaluation.diverged.all()
     assert not evaluation.fitness.any()

@@ -199,3 +199,20 @@ def test_a_folded_link_stays_finite():
     ok = ~result.diverged
     assert ok.any()
     assert np.isfinite(result.displacement[ok]).all()
+
+
+def test_a_run_that_gains_energy_from_nowhere_has_diverged():
+    # Hardly damped links of edges 3.5 times as long as the beams are stiff for: the model itself
+    # gives them energy, at any step, and throws bodies about at over ten times the pump's speed.
+    wild = Physics(damping_link=0.02, strain=2.5, frequency_hz=1.0)
+    designs = np.arange(1, 6561, 60)
+    diverged = simulate(designs, wild).diverged
+    assert diverged.mean() > 0.5
+    # What is only lively keeps its status: hops of many voxel widths on the moon.
+    hopping = Physics(gravity=-1.62, strain=0.5, frequency_hz=8.0)
+    assert not simulate(designs, hopping).diverged.any()
+    # A fall and a slide are gravity's, however fast.
+    falling = Physics(gravity=(0.0, 0.0, 9.81))
+    sliding = Physics(gravity=(9.81, 0, -9.81), friction_static=0.0, friction_kinetic=0.0)
+    for physics in (falling, sliding):
+        assert not simulate(designs, physics).diverged.any()

@@ -123,6 +123,16 @@ def test_what_is_no_number_is_refused_by_name(name, value):
         ({"poisson_ratio": 0.6}, "poisson_ratio must be above -1 and at most 0.5"),
         ({"time_step_fraction": 1.1}, "time step is unstable"),
         ({"time_step_fraction": 0.0}, "time_step_fraction"),
+        (
+            {"damping_link": 2.5},
+            "damping_link 2.5 makes the time step unstable .*; one of 0.406 would",
+        ),
+        ({"damping_link": [1.0, 3.0]}, "damping_link 3 makes the time step unstable"),
+        ({"damping_ground": 6.0}, "damping_ground 6 makes the time step unstable"),
+        ({"damping_global": 0.15}, "damping_global 0.15 makes the time step unstable"),
+        ({"poisson_ratio": -0.999}, "poisson_ratio -0.999 makes the time step unstable"),
+        ({"damping_link": 1e308}, "damping_link 1e\\+308 makes the time step unstable"),
+        ({"damping_ground": 1e308}, "damping_ground 1e\\+308 makes the time step unstable"),
         ({"duration": 0.25}, "duration must be longer than settle_time"),
         ({"duration": [4.0, 0.1]}, "duration must be longer than settle_time"),
         ({"actuation": "pump"}, "actuation must be one of hold, clamp, expand_and_contract"),
@@ -180,6 +190,88 @@ def test_kinetic_above_static_friction_is_allowed_with_a_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         Physics(friction_static=0.5, friction_kinetic=0.5)
+
+
+def refused(**changes):
+    """Return the error of a physics that is unstable, or None."""
+    try:
+        Physics(**changes)
+    except ParameterError as error:
+        return error
+    return None
+
+
+def test_a_refused_step_is_told_with_one_that_would_do():
+    rng = np.random.default_rng(1)
+    names = ("damping_link", "damping_ground", "damping_global")
+    for _ in range(200):
+        changes = dict(zip(names, np.exp(rng.uniform(-3, [3, 3, -1])).tolist(), strict=True))
+        changes["poisson_ratio"] = rng.uniform(-0.99, 0.5)
+        if error := refused(**changes):
+            least = float(re.search(r"one of (\S+) would do", str(error)).group(1))
+            assert least < 0.9
+            assert refused(**changes, time_step_fraction=least) is None
+            assert error.parameter in changes
+
+
+def test_damping_is_refused_where_the_lattice_that_alternates_swings_up():
+    # Voxels that alternate in all three directions: v' = v - dt (12 zeta + 12 x + 2 zeta_global v)
+    # in units of omega_0, in air; its roots by hand, and the bound on both sides of 1.
+    step = 0.9 / (2 * np.pi)
+    for damping, unstable in ((1.08, False), (1.1, True)):
+        rate = 12 * damping + 2 * 0.01
+        matrix = np.array(
+            [[1 - 12 * step**2, step * (1 - rate * step)], [-12 * step, 1 - rate * step]]
+        )
+        assert (np.abs(np.linalg.eigvals(matrix)).max() > 1) == unstable
+        assert (refused(damping_link=damping, damping_ground=0.0) is not None) == unstable
+
+
+def unrest(**changes):
+    """Return how far a voxel of a kicked 5 x 5 x 5 block moves in a step at the end, in widths."""
+    physics = Physics(
+        **changes, frequency_hz=40.0, strain=0.01, settle_time=0.025, duration=1.0, gravity=-1.0
+    )
+    kick = np.zeros((1, 2, 5, 5, 5))
+    kick[0, 0] = np.where(np.indices((5, 5, 5)).sum(axis=0) % 2, 0.01, -0.005)
+    block = np.full((1, 5, 5, 5), 2)
+    frames = simulate(block, physics, strain=kick, frames=1).frames
+    moved = np.abs(np.diff(frames.position[0], axis=0))
+    return np.nanmax(moved[-100:]) / physics.edge
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"damping_link": 1.085},
+        {"damping_ground": 1.85},
+        {"damping_link": 0.3, "damping_ground": 5.0},
+        {"damping_link": 2.2, "damping_ground": 0.5, "time_step_fraction": 0.45},
+        {"damping_link": 0.1, "damping_global": 0.14},
+    ],
+)
+def test_what_is_accepted_calms_a_block_and_half_as_much_more_stirs_it(changes, monkeypatch):
+    # Widths per step: what is still settling after a second, and a swing that no longer grows
+    # because links leave their linear regime; both by orders of magnitude.
+    assert unrest(**changes) < 1e-7
+    monkeypatch.setattr("softvox_gym.physics._load", lambda **_: np.zeros(()))
+    more = {k: v if k == "time_step_fraction" else 1.5 * v for k, v in changes.items()}
+    assert not unrest(**more) < 1e-4
+
+
+def test_too_few_steps_a_cycle_are_told_of():
+    message = (
+        r"frequency_hz \(60\) leaves 36.8 steps a cycle, .*; time_step_fraction 0.662 would do"
+    )
+    with pytest.warns(UserWarning, match=message) as caught:
+        Physics(frequency_hz=60.0)
+    assert [warning.filename for warning in caught] == [__file__]
+    with pytest.warns(UserWarning, match="steps a cycle"):
+        Physics(frequency_hz=[4.0, 60.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Physics(frequency_hz=60.0, time_step_fraction=0.662)
+        Physics.published()
 
 
 def test_gravity_is_a_number_a_vector_or_one_of_either_per_design():

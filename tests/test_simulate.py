@@ -301,6 +301,22 @@ def test_a_travel_too_far_for_a_fitness_has_diverged():
     assert np.array_equal(np.isfinite(result.displacement).all(axis=1), ~result.diverged)
 
 
+def test_half_the_step_tells_how_far_a_fitness_can_be_trusted():
+    phase = np.full((2, 2, 2, 2), 0.1)
+    whole = simulate([6453, 135], SHORT, phase=phase, check_step=True)
+    half = simulate(
+        [6453, 135],
+        replace(SHORT, time_step_fraction=SHORT.time_step_fraction / 2),
+        phase=phase,
+    )
+    assert whole.step_error.tolist() == np.abs(half.fitness - whole.fitness).tolist()
+    plain = simulate([6453, 135], SHORT, phase=phase)
+    assert plain.step_error is None
+    assert plain.displacement.tobytes() == whole.displacement.tobytes()
+    lost = simulate([6560, 6560], replace(PUBLISHED, strain=[150.0, 0.2]), check_step=True)
+    assert np.isnan(lost.step_error).tolist() == [True, False]
+
+
 def test_results_of_diverged_designs_are_nan():
     result = simulate([6560, 6560], replace(PUBLISHED, strain=[150.0, 0.2]), track=1)
     assert list(result.diverged) == [True, False]

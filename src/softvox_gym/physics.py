@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from decimal import ROUND_DOWN, Context
 from math import pi
 from textwrap import wrap
 from typing import Any, NamedTuple, TypeAlias
@@ -19,6 +20,14 @@ PRESETS = ("published", "exact")
 
 #: The engine counts in 32 bits.
 MOST = 2**31 - 1
+
+#: Steps that a cycle of actuation needs to be followed; published, it has 552.
+STEPS_PER_CYCLE = 50
+
+#: What decides whether the time step is stable.
+STABILITY = (
+    "time_step_fraction", "damping_link", "damping_ground", "damping_global", "poisson_ratio"
+)  # fmt: skip
 
 #: Amplitude of an edge whose voxel grows by 90 %.
 EXPANSION = 1.9 ** (1 / 3) - 1
@@ -114,6 +123,34 @@ class ParameterSpec:
         return array
 
 
+def _load(
+    time_step_fraction: Any,
+    damping_link: Any,
+    damping_ground: Any,
+    damping_global: Any,
+    poisson_ratio: Any,
+) -> NDArray[np.float64]:
+    """Return the share of the longest stable time step that a step takes, damping included.
+
+    Below 1 no body is unstable (docs/physics.md 3). It grows at least as fast as the step.
+    """
+    with np.errstate(all="ignore"):
+        step = np.asarray(time_step_fraction) / (2 * pi)
+        link = step * (damping_link + step / 2)
+        floor = step * (2 * damping_ground + step) / link
+        layers = np.where(floor > 2, floor + 1 + 1 / (floor - 1), 4.0)
+        moving = (8 + layers) * link / 2 + step * damping_global
+        shear = 1 / (2 * (1 + np.asarray(poisson_ratio)))
+        turning = step * damping_link * (3 + np.sqrt(shear)) + step**2 * (3 + shear)
+        spinning = 20 * np.sqrt(6) * step * damping_global
+        return np.asarray(np.maximum(np.maximum(moving, turning), spinning))
+
+
+def _below(value: float) -> str:
+    """Return a number rounded down to three digits."""
+    return f"{Context(prec=3, rounding=ROUND_DOWN).create_decimal_from_float(float(value)):g}"
+
+
 def _spec(*facts: Any, **more: Any) -> Any:
     """Return a field of Physics that holds a ParameterSpec but for its name."""
     spec = ParameterSpec(*facts, **more)
@@ -139,7 +176,8 @@ class Physics:
     Raises
     ------
     TypeError, ParameterError
-        For a value out of its bounds, naming the parameter.
+        For a value out of its bounds, or one that makes the time step unstable, naming the
+        parameter.
 
     Notes
     -----
@@ -252,6 +290,7 @@ class Physics:
             must = f"must be longer than settle_time ({self.settle_time} s)"
             raise ParameterError("duration", f"{must}, got {self.duration}")
         self._check_steps()
+        self._check_stability()
         if self.actuation == "expand_and_contract" and np.any(np.asarray(self.strain) >= 1):
             must = "must be below 1 where voxels expand and contract"
             raise ParameterError("strain", f"{must}, got {self.strain}")
@@ -259,6 +298,16 @@ class Physics:
             warnings.warn(
                 f"friction_kinetic ({self.friction_kinetic}) is above friction_static "
                 f"({self.friction_static}); this is allowed but rarely meant",
+                UserWarning,
+                stacklevel=3,
+            )
+        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step))
+        if steps < STEPS_PER_CYCLE:
+            share = steps / STEPS_PER_CYCLE * np.min(self.time_step_fraction)
+            warnings.warn(
+                f"frequency_hz ({np.max(self.frequency_hz):g}) leaves {steps:.3g} steps a cycle, "
+                f"and about {STEPS_PER_CYCLE} are needed to follow it; time_step_fraction "
+                f"{_below(share)} would do",
                 UserWarning,
                 stacklevel=3,
             )
@@ -285,6 +334,24 @@ class Physics:
                 f"must be at most half the steps per second, here {np.min(most):.4g}, "
                 f"got {np.max(self.frequency_hz):g}",
             )
+
+    def _check_stability(self) -> None:
+        values = {name: np.asarray(getattr(self, name)) for name in STABILITY}
+        load = _load(**values)
+        if np.all(load < 1):
+            return
+        worst = int(np.argmax(np.where(np.isnan(load), np.inf, load)))
+        own = {k: float(np.broadcast_to(v, load.shape).flat[worst]) for k, v in values.items()}
+        # The one to blame is that whose usual value would help most.
+        dampings = STABILITY[1:]
+        cured = [_load(**{**own, name: getattr(type(self), name)}) for name in dampings]
+        blamed = dampings[int(np.argmin(cured))]
+        fraction = own["time_step_fraction"]
+        raise ParameterError(
+            blamed,
+            f"{own[blamed]:g} makes the time step unstable at time_step_fraction {fraction:g}; "
+            f"one of {_below(fraction / float(load.flat[worst]))} would do",
+        )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Physics):

@@ -216,6 +216,7 @@ class Reality:
             start=result.start / parts,
             end=result.end / parts,
             track=None if result.track is None else result.track / parts,
+            step_error=None if result.step_error is None else result.step_error / parts,
         )
 
     def of_parts(self, physics: Physics) -> Physics:

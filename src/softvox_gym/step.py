@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 
 from softvox_gym.design import stack_of
 from softvox_gym.engine import Progress
-from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, single_physics
 from softvox_gym.simulation import simulate
 
@@ -27,7 +25,8 @@ def step_error(
     """Return by how much the fitness of designs changes at half the time step.
 
     It tells how far a number of this simulator can be trusted, as one that the step itself decides
-    says nothing of a robot. Takes three times as long as simulating the designs.
+    says nothing of a robot. Takes three times as long as simulating the designs. It is the
+    `step_error` of `softvox_gym.simulate(..., check_step=True)`, which takes any batch.
 
     Parameters
     ----------
@@ -48,14 +47,12 @@ def step_error(
     TypeError, ValueError
         As `softvox_gym.evaluate` does.
     """
-    stack, whole = stack_of(designs, shape=shape), single_physics(physics)
-    fitness = [
-        simulate(stack, step, threads=threads, progress=progress).fitness
-        for step in (whole, halved(whole))
-    ]
-    return np.abs(fitness[1] - fitness[0])
-
-
-def halved(physics: Physics) -> Physics:
-    """Return the same physics at half the time step."""
-    return replace(physics, time_step_fraction=np.asarray(physics.time_step_fraction) / 2)
+    error = simulate(
+        stack_of(designs, shape=shape),
+        single_physics(physics),
+        check_step=True,
+        threads=threads,
+        progress=progress,
+    ).step_error
+    assert error is not None
+    return error

@@ -313,7 +313,7 @@ def test_measurement_noise_leaves_the_displacement_alone():
 
 
 def test_a_design_that_diverges_has_the_value_0_whatever_is_measured():
-    wild = {"youngs_modulus": 1e4, "density": 1e6, "strain": 1e6}
+    wild = {"strain": 1e6}
     env = single([("FitnessNoise", {"sigma": 1.0}), ("Resample", {"n": 3})], physics=wild)
     env.reset(seed=0)
     _, reward, _, _, info = env.step(np.full(8, 2))

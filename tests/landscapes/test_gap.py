@@ -157,7 +157,7 @@ def test_the_command_prints_the_table_and_writes_it(tmp_path):
 
 def test_designs_that_diverge_are_worth_nothing_and_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("SOFTVOX_CACHE", str(tmp_path))
-    wild = Reality("wild", {"preset": "published", "duration": 0.5, "damping_link": 50.0})
+    wild = Reality("wild", {"preset": "published", "duration": 0.5, "strain": 150.0})
     monkeypatch.setattr("softvox_gym.cli.reality.reality", lambda _: wild)
     assert main(["reality", "wild"]) == 0
     lost = np.flatnonzero(wild.landscape()["diverged"])

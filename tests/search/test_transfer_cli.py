@@ -152,7 +152,7 @@ def test_only_a_picture_that_was_named_is_protected(here, capsys):
 
 def test_designs_that_diverge_in_reality_are_told(here, monkeypatch, capsys):
     monkeypatch.setenv("SOFTVOX_CACHE", str(here / "cache"))
-    wild = Reality("wild", {"preset": "published", "duration": 0.3, "damping_link": 50.0})
+    wild = Reality("wild", {"preset": "published", "duration": 0.3, "strain": 150.0})
     monkeypatch.setattr("softvox_search.cli.transfer.reality", lambda _: wild)
     command = ("--method", "random", "--tests", "1", "--heading", "0", "--no-picture")
     lost = int(wild.landscape()["diverged"].sum())

@@ -20,7 +20,6 @@ from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, compute
 from softvox_gym.manifest import digest, provenance
 from softvox_gym.progress import Progress
-from softvox_gym.step import halved
 
 TABLE, MANIFEST = FILES = ("landscape.csv", "manifest.json")
 ANALYSIS, DOCUMENT, *TABLES = ANALYSIS_FILES = (
@@ -91,10 +90,9 @@ def run(args: Namespace) -> int:
     with bad_input(), Progress(sys.stderr, quiet=args.quiet) as progress:
         origin = provenance(threads=args.threads)
         wall, cpu = time.perf_counter(), time.process_time()
-        table = compute(physics, threads=args.threads, progress=progress)
-        if args.check_step:
-            fine = compute(halved(physics), threads=args.threads, progress=progress)
-            table["step_error"][:] = np.abs(fine["fitness"] - table["fitness"])
+        table = compute(
+            physics, check_step=args.check_step, threads=args.threads, progress=progress
+        )
     seconds = {"seconds": time.perf_counter() - wall, "cpu_seconds": time.process_time() - cpu}
     manifest = {**origin, "arguments": args.arguments, **facts(table), **seconds}
     texts = {TABLE: table.section().csv(), MANIFEST: as_json(manifest)}

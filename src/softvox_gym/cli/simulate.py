@@ -61,6 +61,11 @@ def add_parser(commands: Any) -> None:
         help="the lattice (default: 2 2 2)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(
+        "--check-step",
+        action="store_true",
+        help="simulate at half the time step as well, and tell by how much the fitness changes",
+    )
     parser.add_argument("--frames", type=Path, metavar="FILE.npz", help=FRAMES_HELP)
     parser.add_argument(
         "--every",
@@ -93,7 +98,14 @@ def run(args: Namespace) -> int:
         every = args.every or max(1, round(steps_per_cycle / FRAMES_PER_CYCLE))
         _check_frames(design, physics, every)
     with bad_input():
-        result = simulate(design, physics, track=1, frames=every, threads=args.threads)
+        result = simulate(
+            design,
+            physics,
+            track=1,
+            frames=every,
+            check_step=args.check_step,
+            threads=args.threads,
+        )
     if args.frames:
         with bad_input("--frames"):
             write_file(args.frames, frames_archive(result), force=args.force)
@@ -155,13 +167,15 @@ def as_text(result: Result) -> str:
     """Return the result for people."""
     design = result.design(0)
     dx, dy, dz = result.displacement[0]
+    error = result.step_error
+    checked = "" if error is None else f"\nstep error    {error[0]:.6f} voxel widths"
     return f"""\
 design        {"-" if (number := _number(design)) is None else number}
 digits        {design.digits}
 shape         {" x ".join(map(str, design.shape))}
 voxels        {design.n_voxels}, {design.n_active} active
 diverged      {"yes" if result.diverged[0] else "no"}
-fitness       {result.fitness[0]:.6f} voxel widths
+fitness       {result.fitness[0]:.6f} voxel widths{checked}
 displacement  {dx:.6f} {dy:.6f} {dz:.6f}
 
 {track(result).text()}"""
@@ -180,6 +194,7 @@ def as_json(result: Result) -> str:
         "fitness": _finite(float(result.fitness[0])),
         "displacement": [_finite(value) for value in result.displacement[0].tolist()],
         "steps": int(result.steps[0]),
+        "step_error": None if result.step_error is None else _finite(float(result.step_error[0])),
         "track": track(result).records(),
         "physics": result.physics.to_dict(),
     }

@@ -194,12 +194,21 @@ def displacements(table: Table) -> NDArray[np.float64]:
 
 
 def compute(
-    physics: Physics | Reality, *, threads: int | None = None, progress: Progress | None = None
+    physics: Physics | Reality,
+    *,
+    check_step: bool = False,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Table:
     """Simulate every design; see `landscape` for the table, and `simulate` for the parameters."""
     reality = Reality.of(physics)
-    result = reality.simulate(np.arange(N_DESIGNS), threads=threads, progress=progress)
-    return _table(reality.plain_physics, result.displacement, result.steps)
+    result = reality.simulate(
+        np.arange(N_DESIGNS), check_step=check_step, threads=threads, progress=progress
+    )
+    table = _table(reality.plain_physics, result.displacement, result.steps)
+    if result.step_error is not None:
+        table["step_error"][:] = result.step_error
+    return table
 
 
 def _table(
