@@ -82,6 +82,8 @@ typedef struct {
     int32_t *first;  /* [cells + 1] rows of each */
     int32_t *filled; /* [cells] places taken */
     sv_cell_row *row;
+    const sv_point *gathered; /* the point whose cell, and those around it, have these rows; or NULL */
+    int32_t *around, around_count;
     int32_t *found; /* [voxels] the partners of one point */
 } sv_surface;
 

@@ -32,6 +32,7 @@ static void sv_surface_take(sv_surface *s, int32_t voxels, sv_arena *arena)
     s->first = sv_take(arena, cells + 1, sizeof *s->first);
     s->filled = sv_take(arena, cells, sizeof *s->filled);
     s->row = sv_take(arena, points / SV_LANES + cells, sizeof *s->row);
+    s->around = sv_take(arena, points / SV_LANES + cells, sizeof *s->around);
     s->found = sv_take(arena, points, sizeof *s->found);
 }
 

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SV_LIST_REACH 3.0     /* voxel widths */
 #define SV_ONE_CELL 32        /* points up to which sorting them does not pay */
@@ -42,6 +43,7 @@ static uint32_t sv_set_bits(int32_t points, uint8_t bits[3])
 static void sv_sort_into_cells(sv_surface *s)
 {
     s->cells = sv_set_bits(s->count, s->bits);
+    s->gathered = NULL;
     for (uint32_t c = 0; c <= s->cells; c++)
         s->first[c] = 0;
     for (int32_t p = 0; p < s->count; p++) {
@@ -125,30 +127,46 @@ static void sv_sort(int32_t *number, int32_t count)
     }
 }
 
-/* Finds the voxels that belong on the list with point p and come after it, in order. Returns how many there are. */
-static int32_t sv_find_partners(const sv_block *b, int lane, int32_t p)
+/* Gathers the rows of the cells around a point, if that before it was not in the same. */
+static void sv_gather_rows(sv_surface *s, const sv_point *point)
 {
-    const sv_surface s = b->contacts.surface;
+    if (s->gathered && memcmp(point->cell, s->gathered->cell, sizeof point->cell) == 0)
+        return;
+    s->gathered = point;
+    s->around_count = 0;
+    for (int32_t way = 0; way < (s->cells > 1 ? 27 : 1); way++) {
+        const int32_t *at = point->cell;
+        const uint32_t cell = sv_fold(s, at[0] + way % 3 - 1, at[1] + way / 3 % 3 - 1, at[2] + way / 9 - 1);
+        for (int32_t row = s->first[cell]; row < s->first[cell + 1]; row++)
+            s->around[s->around_count++] = row;
+    }
+}
+
+/* Finds the voxels that belong on the list with point p and come after it, in order. Returns how many there are. */
+static int32_t sv_find_partners(sv_block *b, int lane, int32_t p)
+{
+    sv_surface *s = &b->contacts.surface;
     const sv_vicinity *vicinity = sv_vicinity_of(b, lane);
-    const sv_point a = s.point[p];
-    const sv_vec3 place = {sv_splat(a.place[0]), sv_splat(a.place[1]), sv_splat(a.place[2])};
-    const double reach = SV_LIST_REACH * b->batch->edge, twice_edge = 2.0 * a.edge;
+    const sv_point *a = &s->point[p];
+    const sv_vec3 place = {sv_splat(a->place[0]), sv_splat(a->place[1]), sv_splat(a->place[2])};
+    const double reach = SV_LIST_REACH * b->batch->edge, twice_edge = 2.0 * a->edge;
     const sv_wide reach_squared = sv_splat(reach * reach), edge_squared = sv_splat(twice_edge * twice_edge);
+    const int32_t *around = s->around;
+    sv_gather_rows(s, a);
     int32_t count = 0;
-    for (int32_t way = 0; way < (s.cells > 1 ? 27 : 1); way++) {
-        const uint32_t cell =
-            sv_fold(&s, a.cell[0] + way % 3 - 1, a.cell[1] + way / 3 % 3 - 1, a.cell[2] + way / 9 - 1);
-        for (int32_t row = s.first[cell + 1] - 1; row >= s.first[cell] && s.row[row].last > p; row--) {
-            const sv_vec3 r = sv_sub3(s.row[row].place, place);
-            const sv_wide square = sv_dot3(r, r);
-            uint32_t near = sv_bits(sv_lt(square, reach_squared) & sv_lt(square, edge_squared));
-            for (; near; near &= near - 1) {
-                const int32_t other = s.row[row].point[__builtin_ctz(near)];
-                if (other > p && !sv_is_near(&b->body, vicinity, a.voxel, s.point[other].voxel))
-                    s.found[count++] = s.point[other].voxel;
-            }
+    for (int32_t i = 0; i < s->around_count; i++) {
+        const sv_cell_row *row = &s->row[around[i]];
+        if (row->last <= p)
+            continue;
+        const sv_vec3 r = sv_sub3(row->place, place);
+        const sv_wide square = sv_dot3(r, r);
+        uint32_t near = sv_bits(sv_lt(square, reach_squared) & sv_lt(square, edge_squared));
+        for (; near; near &= near - 1) {
+            const int32_t other = row->point[__builtin_ctz(near)];
+            if (other > p && !sv_is_near(&b->body, vicinity, a->voxel, s->point[other].voxel))
+                s->found[count++] = s->point[other].voxel;
         }
     }
-    sv_sort(s.found, count);
+    sv_sort(s->found, count);
     return count;
 }
