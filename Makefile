@@ -11,7 +11,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize benchmark pictures figures table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -68,7 +68,8 @@ sanitize: sdist
 	LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
 		ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python -m pytest \
 		-k 'not every_instruction_set and not order_of_the_batch' tests/test_bits.py \
-		tests/test_laws.py tests/test_oracle.py tests/test_simulate.py
+		tests/test_laws.py tests/test_oracle.py tests/test_paused.py tests/test_seating.py \
+		tests/test_simulate.py
 
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
@@ -90,6 +91,11 @@ realities: $(VENV)/installed
 
 step-error: $(VENV)/installed
 	$(BIN)/python tools/step_error.py
+
+# Random batches: the same bits from every seating, instruction set and pause. Ten minutes.
+FUZZ ?= 20000
+fuzz: $(VENV)/installed
+	$(BIN)/python tools/fuzz.py --count $(FUZZ)
 
 sdist: $(VENV)/installed
 	rm -rf dist
