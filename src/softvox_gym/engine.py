@@ -232,7 +232,9 @@ class _Planned:
             if progress is not None:
                 progress(shared.done + empty, n)
 
-        count = min(default_threads() if threads is None else threads, self.plan.blocks)
+        count = self.plan.blocks  # where it is one, how many processors there are is not asked for
+        if count > 1:
+            count = min(default_threads() if threads is None else threads, count)
         if count == 1 and self.voxels * steps <= _SMALL_WORK:
             work()
             report()
