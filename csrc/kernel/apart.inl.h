@@ -4,13 +4,13 @@
 #include "link.inl.h"
 #include "voxel.inl.h"
 
-SV_INLINE void sv_link_apart(sv_block *b, int32_t i, const sv_mat3 *axes, int32_t axis, sv_wide broken, bool masked)
+SV_INLINE void sv_link_apart(sv_block *b, int32_t i, const sv_mat3 *axes, int32_t axis, sv_wide broken)
 {
     const sv_link *link = &b->body.link[i];
     sv_link_effect *e = &b->effect[i];
     sv_mask torn = sv_link_step(&b->k, broken, &b->voxels[link->a].pose, axes, &b->voxels[link->b].pose,
                                 (sv_axis){.all = axis}, &b->memory[i], e);
-    if (masked) {
+    if (b->masked) {
         sv_mask here = b->has_link[i];
         e->force = sv_select3(here, e->force, sv_zero3());
         e->moment_a = sv_select3(here, e->moment_a, sv_zero3());
@@ -37,7 +37,7 @@ SV_INLINE void sv_gather(const sv_block *b, const sv_joints *joints, sv_vec3 *fo
 }
 
 /* A voxel moves right after the links that start at it, while they are at hand; those that end at it came before. */
-SV_INLINE void sv_move_apart(sv_block *b, sv_wide broken, bool masked)
+SV_INLINE void sv_move_apart(sv_block *b, sv_wide broken)
 {
     for (int32_t v = 0; v < b->body.voxels; v++) {
         const sv_joints *joints = &b->body.joints[v];
@@ -45,13 +45,13 @@ SV_INLINE void sv_move_apart(sv_block *b, sv_wide broken, bool masked)
         for (int32_t i = joints->first; i < joints->first + joints->starting; i++) {
             switch (b->body.link[i].axis) {
             case 0:
-                sv_link_apart(b, i, &axes, 0, broken, masked);
+                sv_link_apart(b, i, &axes, 0, broken);
                 break;
             case 1:
-                sv_link_apart(b, i, &axes, 1, broken, masked);
+                sv_link_apart(b, i, &axes, 1, broken);
                 break;
             default:
-                sv_link_apart(b, i, &axes, 2, broken, masked);
+                sv_link_apart(b, i, &axes, 2, broken);
             }
         }
         sv_vec3 force, moment;
