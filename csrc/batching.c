@@ -9,9 +9,9 @@
 #include <string.h>
 
 typedef struct {
-    const uint8_t *digits;     /* [sites] */
-    const sv_parameters *pace; /* of a design that has to keep step with those of its block, or NULL */
-    int32_t sites, design;
+    const uint8_t *digits;        /* [sites] */
+    const sv_parameters *pace;    /* of a design that has to keep step with those of its block, or NULL */
+    int32_t sites, design, taken; /* taken: steps before */
 } sv_entry;
 
 /* Designs entry[first] ... entry[first + count - 1], all of one body plan: what a block of them costs, and one alone.
@@ -78,6 +78,7 @@ static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
         int order = sv_compare_numbers(p->time_step, q->time_step);
         order = order ? order : sv_compare_numbers(p->frequency_hz, q->frequency_hz);
         order = order ? order : sv_compare_numbers(p->duration, q->duration);
+        order = order ? order : (a->taken > b->taken) - (a->taken < b->taken);
         if (order)
             return order;
     }
@@ -90,7 +91,7 @@ static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
 static bool sv_keeps_step(const sv_entry *a, const sv_entry *b)
 {
     return !a->pace || (a->pace->time_step == b->pace->time_step && a->pace->frequency_hz == b->pace->frequency_hz &&
-                        a->pace->duration == b->pace->duration);
+                        a->pace->duration == b->pace->duration && a->taken == b->taken);
 }
 
 static int sv_by_plan(const void *left, const void *right)
@@ -149,8 +150,8 @@ static void sv_find_groups(sv_planner *p, const sv_plan *plan)
     for (int32_t design = 0; design < p->batch->n; design++) {
         const uint8_t *digits = p->batch->digits + (size_t)design * (size_t)p->sites;
         if (!sv_is_empty(digits, p->sites))
-            p->entries[count++] =
-                (sv_entry){digits, plan->in_step ? &p->batch->parameters[design] : NULL, p->sites, design};
+            p->entries[count++] = (sv_entry){digits, plan->in_step ? &p->batch->parameters[design] : NULL, p->sites,
+                                             design, p->batch->resumed ? p->batch->resumed[design] : 0};
     }
     qsort(p->entries, (size_t)count, sizeof *p->entries, sv_by_plan);
     p->group_count = 0;

@@ -82,8 +82,8 @@ void sv_body_build(sv_body *body, sv_lattice lattice, const uint8_t *occupied, i
     }
 }
 
-/* Whether links lead to a site from the one that is so many steps before it, by a shortest way: of at most 3 links
- * there is no other between sites of different links. */
+/* Whether links lead to a site from the one that is so many steps before it, by a shortest way. A way of at most three
+ * links between sites is always a shortest one. */
 static bool sv_leads(const uint8_t *digits, const int32_t step[3], int32_t site, int32_t x, int32_t y, int32_t z)
 {
     if (!digits[site])

@@ -7,9 +7,8 @@
 
 #define SV_MOST_LANES 8
 
-#define SV_MOST_APART                                                                                                  \
-    512 /* voxels of a block whose designs have a lane each: the room for its pairs is their square                    \
-         */
+/* Voxels of a block whose designs have a lane each, at most: the room for its pairs grows with their square. */
+#define SV_MOST_APART 512
 
 #define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
 

@@ -2,6 +2,9 @@
 
 import copy
 import pickle
+import signal
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -198,7 +201,10 @@ def test_a_diverged_design_is_told_from_the_others_and_leaves_no_trace():
         ({"cycles": "two"}, "cycles must be a number"),
         ({"until": float("nan")}, "until must not be negative"),
         ({"steps": 1, "strain": np.zeros(3)}, "strain must have shape"),
-        ({"steps": 1, "strain": np.zeros((1, 4, 2, 2, 2))}, "one amplitude from now on"),
+        ({"steps": 1, "strain": np.zeros((1, 4, 2, 2, 2))}, r"shape \(1, 2, 2, 2\) for these"),
+        ({"steps": 1, "phase": np.full((1, 2, 2, 2), 1e16)}, "phase must be finite and below"),
+        ({"steps": 1, "phase": np.full((1, 2, 2, 2), np.nan)}, "phase must be finite and below"),
+        ({"until": 10**400}, "until must be a number that a float holds"),
         ({"steps": 1, "phase": np.zeros((2, 2, 2))}, "phase must have shape"),
     ],
 )
@@ -229,3 +235,91 @@ def test_a_simulation_of_another_engine_is_refused(monkeypatch):
     monkeypatch.setattr("softvox_gym.paused.engine_probe", lambda: "another")
     with pytest.raises(ValueError, match="saved by another engine"):
         Simulation.restore(saved)
+
+
+LARGE = np.ones((1, 12, 12, 12), dtype=np.uint8)
+
+
+def interrupted(sim):
+    """Interrupt a piece on the way, as Ctrl-C does."""
+    timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        sim.advance(until=np.inf)
+    timer.join()
+
+
+def test_interrupted_it_stands_still_and_goes_on_to_the_same_bits():
+    physics = Physics.published().lasting(8)
+    sim = Simulation(LARGE, physics, threads=1)
+    interrupted(sim)
+    step = sim.state.step[0]
+    assert 0 < step < 4000
+    time.sleep(0.1)
+    assert sim.state.step[0] == step
+    assert to_the_end(sim) == whole(LARGE, physics)
+
+
+@pytest.mark.parametrize("isa", engine.isa_names())
+def test_designs_that_stand_at_different_steps_are_restored_on_any_instruction_set(isa):
+    """As an interrupt leaves them: some blocks have run their piece, others have not."""
+    sim = Simulation(DESIGNS, SHORT, isa=engine.isa_names()[-1])
+    sim.advance(steps=500)
+    behind = Simulation(DESIGNS, SHORT)
+    behind.advance(steps=300)
+    mixed = {
+        name: np.concatenate([sim._run.state(name)[name][:3], behind._run.state(name)[name][3:]])
+        for name in engine.STATE
+    }
+    batch = sim._batch
+    resumed = np.nan_to_num(mixed["clock"][:, 1], nan=-1).astype(np.int32)
+    again = engine.PausedRun(engine.Batch(**{**vars(batch), "resumed": resumed}), isa=isa)
+    again.output.start[:] = sim._run.output.start
+    again.resume(mixed)
+    again.advance(None, 10_000)
+    end = simulate(DESIGNS, SHORT).end
+    there = np.array(DESIGNS) > 0
+    assert (again.output.end[there] / SHORT.edge).tobytes() == end[there].tobytes()
+
+
+def test_who_runs_was_decided_at_the_start():
+    strain = np.full((7, 2, 2, 2), SHORT.strain)
+    first = strain.copy()
+    first[[0, 4]] = np.nan
+    sim = Simulation(DESIGNS, SHORT, strain=first)
+    sim.advance(steps=100, strain=strain)
+    twin = Simulation.restore(sim.save())
+    twin.advance(cycles=0.1)
+    sim.advance(cycles=0.1)
+    assert np.array_equal(twin.state.time, sim.state.time, equal_nan=True)
+    assert to_the_end(twin) == to_the_end(sim)
+    assert list(np.flatnonzero(twin.diverged)) == [0, 4]
+    later = Simulation(DESIGNS, SHORT)
+    later.advance(steps=100)
+    later.advance(steps=0, strain=first)
+    twin = Simulation.restore(later.save())
+    assert to_the_end(twin) == to_the_end(later)
+    assert list(np.flatnonzero(twin.diverged)) == [0, 4]
+
+
+def test_two_threads_may_ask_for_pieces():
+    sim = Simulation(DESIGNS * 30, SHORT, threads=2)
+    askers = [threading.Thread(target=sim.advance, kwargs={"steps": 200}) for _ in range(4)]
+    for asker in askers:
+        asker.start()
+    for asker in askers:
+        asker.join()
+    assert set(sim.state.step[np.array(DESIGNS * 30) > 0]) == {800}
+
+
+def test_a_state_of_another_shape_is_refused():
+    run = Simulation(6453, SHORT)._run
+    state = run.state(*engine.STATE)
+    state["voxel"] = state["voxel"][:, :3].copy()
+    with pytest.raises(ValueError, match="the engine expects"):
+        run.resume(state)
+
+
+def test_the_designs_cannot_be_written_to():
+    with pytest.raises(ValueError, match="read-only"):
+        Simulation([6453]).designs[0] = 1

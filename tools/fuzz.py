@@ -48,8 +48,9 @@ def random_batch(rng: np.random.Generator) -> engine.Batch:
         shear_strength=float(rng.choice([0, 3000])),
         gravity=rng.normal([0, 0, -9.81], 2, 3) if rng.random() < 0.5 else 0.0,
         damping_global=rng.uniform(0, 0.02),
+        damping_link=between(0.01, 1),
+        damping_ground=rng.uniform(0, 1.5),
         strain=rng.uniform(0, 3) if wild else rng.uniform(0, 0.5),
-        actuation=str(rng.choice(["hold", "clamp"])),
         settle_time=0.0,
         time_step_fraction=rng.uniform(0.3, 0.9),
     )
@@ -60,6 +61,9 @@ def random_batch(rng: np.random.Generator) -> engine.Batch:
         frequency_hz=rng.uniform(0.5, 6) / (STEPS * step),
         duration=STEPS * step,
     )
+    most = np.max(np.asarray(physics.strain))
+    kinds = ["hold", "clamp", *(["expand_and_contract"] if most < 0.9 else [])]
+    physics = replace(physics, actuation=str(rng.choice(kinds)))
     phase = rng.choice(rng.uniform(0, 1, rng.integers(1, 20)), designs.shape)
     strain = rng.uniform(0, 0.5, (n, rng.integers(1, 4), *shape))
     batch = prepared(

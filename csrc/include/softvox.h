@@ -62,6 +62,7 @@ typedef struct {
     const sv_parameters *parameters; /* [n] */
     const double *strain;            /* [n][cycles][sites] amplitude; only active voxels use it */
     const double *phase;             /* [n][sites] cycles, or NULL for zero */
+    const int32_t *resumed;          /* [n] steps that designs had taken, -1 where one could not run; NULL at a start */
 } sv_batch;
 
 /* Results, written design by design; rows that a design never reaches stay as they were. */
@@ -128,14 +129,19 @@ int32_t sv_start(const sv_batch *batch, const sv_plan *plan, sv_results *results
 int32_t sv_advance(const sv_plan *plan, sv_progress *progress, void *const *blocks, const double *until, int32_t steps,
                    int32_t isa);
 
-/* All that changes in a run, the same whatever the seating; NULL for what is not wanted. Rows of sites without a voxel
- * and of links that are none stay as they were. */
+/* Numbers in a design's clock: time s, step, next sample, measuring, ended, torn, travel 1, start m 3, centre of mass m
+ * 3, energy J/kg when measuring began, and what may have been added to it. */
+enum { SV_CLOCK = 15 };
+
+/* All that changes in a run, the same whatever the seating; NULL for what is not wanted. Rows of sites without a voxel,
+ * of links that are none and of designs that can't run stay as they were. A voxel has its position m 3, edge m,
+ * quaternion wxyz, velocity m/s 3, spin rad/s 3; a link, by its first site and its axis, stretch m 3, the bends of both
+ * ends rad 3 + 3, regime. The surface is the position and the edge, m, that voxels had when pairs were listed. */
 typedef struct {
-    double
-        *clock; /* [n][13] time s, step, next sample, measuring, ended, torn, travel 1, start m 3, centre of mass m 3 */
-    double *voxel;   /* [n][sites][14] position m 3, edge m, quaternion wxyz, velocity m/s 3, spin rad/s 3 */
-    double *link;    /* [n][sites][3][10] by axis from the site: stretch m 3, bends of both ends rad 3 + 3, regime */
-    double *surface; /* [n][sites][4] position and edge when the pairs that may collide were listed, m */
+    double *clock;   /* [n][SV_CLOCK] */
+    double *voxel;   /* [n][sites][14] */
+    double *link;    /* [n][sites][3][10] */
+    double *surface; /* [n][sites][4] */
 } sv_state;
 
 int32_t sv_get_state(const sv_plan *plan, void *const *blocks, sv_state *state, int32_t isa);

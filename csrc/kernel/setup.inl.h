@@ -94,9 +94,11 @@ static const uint8_t *sv_digits_of(const sv_block *b, int lane)
     return b->batch->digits + (size_t)b->design[lane] * (size_t)sv_sites(sv_lattice_of(b->batch));
 }
 
-/* Whether every number that a design brings is one that a run can end with. */
+/* Whether every number that a design brings is one that a run can end with; of a run that goes on, as it was then. */
 static bool sv_is_runnable(const sv_batch *batch, int32_t design)
 {
+    if (batch->resumed)
+        return batch->resumed[design] >= 0;
     size_t sites = (size_t)sv_sites(sv_lattice_of(batch)), rows = (size_t)batch->cycles, at = (size_t)design * sites;
     const sv_parameters *p = &batch->parameters[design];
     const double *number = (const double *)p;
@@ -343,12 +345,11 @@ static void sv_set_pumps(sv_block *b)
     bool active;
     b->uses = NULL;
     b->pump_count = sv_share_pumps(b);
-    const bool one_body = b->is_across && b->batch->phase;
-    if (b->pump_count > 1 && !one_body) {
+    if (b->pump_count > 1 && !b->is_across) {
         b->uses = b->can_use;
         for (int32_t row = 0; row < b->rows; row++)
             sv_choose_pumps(b, row);
-    } else if (b->pump_count != 1 || one_body) {
+    } else if (b->pump_count != 1) {
         b->pump_count = b->rows;
         for (int32_t row = 0; row < b->rows; row++)
             for (int lane = 0; lane < SV_LANES; lane++)

@@ -4,8 +4,6 @@
 
 #include "setup.inl.h"
 
-#define SV_CLOCK 15 /* numbers in sv_state.clock */
-
 static void sv_copy(double *kept, sv_wide *wide, int lane, bool out)
 {
     if (out)

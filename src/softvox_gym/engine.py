@@ -61,6 +61,8 @@ class Batch:
     track_samples: int
     frame_every: int
     frame_count: int
+    #: Of a run that is resumed: steps taken by each design, (n,), -1 where it could not run.
+    resumed: NDArray[np.int32] | None = None
 
     def duration_steps(self) -> NDArray[np.float64]:
         """About how many steps each design takes, shape (n,)."""
@@ -156,6 +158,8 @@ def _c_batch(batch: Batch) -> Any:
     c.strain = _pointer(batch.strain, np.float64, (n, cycles, sites))
     if batch.phase is not None:
         c.phase = _pointer(batch.phase, np.float64, (n, sites))
+    if batch.resumed is not None:
+        c.resumed = _pointer(batch.resumed, np.int32, (n,))
     message = lib.sv_batch_error(c)
     if message != ffi.NULL:
         raise ValueError(_text(message))
@@ -240,8 +244,7 @@ class _Planned:
             report()
             started = 1
         else:
-            workers = [threading.Thread(target=work, name=f"softvox-{i}") for i in range(count)]
-            started = _drive(workers, report, shared)
+            started = _drive([work] * count, report, shared)
         if len(codes) != started:
             raise MemoryError(f"a worker could not get its {memory} bytes of memory")
         for code in codes:
@@ -290,7 +293,7 @@ def workspace_bytes(batch: Batch, *, isa: str | None = None) -> int:
 
 
 #: What changes in a run, by name: the shape of each after (n, sites), or (n,) for the clock.
-STATE = {"clock": (15,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
+STATE = {"clock": (lib.SV_CLOCK,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
 
 
 class PausedRun:
@@ -309,6 +312,7 @@ class PausedRun:
     ) -> None:
         self._made = _Planned(batch, isa, seating, in_step=True)
         self._threads = threads
+        self._lock = threading.Lock()  # one piece at a time, whoever asks for it
         made = self._made
         facts = (made.c_batch, made.plan)
         sizes = [
@@ -328,8 +332,14 @@ class PausedRun:
         """The results so far, as `run` returns them at the end."""
         return self._made.output
 
-    def advance(self, until: NDArray[np.float64] | None, steps: int) -> None:
-        """Run on to each design's time, s, shape (n,), or to the end; at most so many steps."""
+    def advance(
+        self, until: NDArray[np.float64] | None, steps: int, about: float | None = None
+    ) -> None:
+        """Run on to each design's time, s, shape (n,), or to the end; at most so many steps.
+
+        Designs of one time step, frequency and duration must have one time. About says how many
+        steps that is, where it is known better.
+        """
         made = self._made
         pointer = ffi.NULL if until is None else _pointer(until, np.float64, (len(made.order),))
         until_c = ffi.cast("double *", pointer)
@@ -338,15 +348,12 @@ class PausedRun:
             code: int = lib.sv_advance(made.plan, shared, self._blocks, until_c, steps, made.isa)
             return code
 
-        made.drive(work, steps, self._threads)
+        with self._lock:
+            made.drive(work, steps if about is None else about, self._threads)
 
     def state(self, *names: str) -> dict[str, NDArray[np.float64]]:
         """Return copies of the parts of STATE named; NaN where there is no voxel or link."""
-        n, sites = self._made.batch.digits.shape
-        arrays = {
-            name: np.full((n, *(() if name == "clock" else (sites,)), *STATE[name]), np.nan)
-            for name in names
-        }
+        arrays = {name: np.full(self._shape_of(name), np.nan) for name in names}
         self._copy(lib.sv_get_state, arrays)
         return arrays
 
@@ -356,36 +363,53 @@ class PausedRun:
 
     def _copy(self, function: Any, arrays: dict[str, NDArray[np.float64]]) -> None:
         pointers = {
-            name: ffi.cast("double *", _pointer(array, np.float64, array.shape))
+            name: ffi.cast("double *", _pointer(array, np.float64, self._shape_of(name)))
             for name, array in arrays.items()
         }
         state = ffi.new("sv_state *", pointers)
-        _expect_done(function(self._made.plan, self._blocks, state, self._made.isa))
+        with self._lock:
+            _expect_done(function(self._made.plan, self._blocks, state, self._made.isa))
+
+    def _shape_of(self, name: str) -> tuple[int, ...]:
+        n, sites = self._made.batch.digits.shape
+        return (n, *(() if name == "clock" else (sites,)), *STATE[name])
 
 
-def _drive(workers: list[threading.Thread], report: Callable[[], None], shared: Any) -> int:
-    """Run the workers to their end, reporting on the way; when interrupted, stop them first.
+def _drive(works: list[Callable[[], None]], report: Callable[[], None], shared: Any) -> int:
+    """Do the works on threads of their own, reporting on the way; interrupted, stop them first.
 
-    Returns how many there were: where the system refuses more threads, some do the work of all.
+    Returns how many threads there were: where the system refuses more, some do the work of all.
     """
-    started: list[threading.Thread] = []
-    try:
-        for worker in workers:
+    # Events, as joining a thread anew after an interrupt of that may return before it has ended.
+    ended: list[threading.Event] = []
+
+    def start(work: Callable[[], None]) -> None:
+        end = threading.Event()
+
+        def run() -> None:
             try:
-                worker.start()
+                work()
+            finally:
+                end.set()
+
+        threading.Thread(target=run, name=f"softvox-{len(ended)}").start()
+        ended.append(end)
+
+    try:
+        for work in works:
+            try:
+                start(work)
             except RuntimeError:
                 break
-            started.append(worker)
-        if workers and not started:
+        if works and not ended:
             raise RuntimeError("the system refuses to start a single thread")
-        for worker in started:
-            while worker.is_alive():
-                worker.join(POLL_SECONDS)
+        for end in ended:
+            while not end.wait(POLL_SECONDS):
                 report()
         report()
     except BaseException:
         shared.cancel = 1
-        for worker in started:
-            worker.join()
+        for end in ended:
+            end.wait()
         raise
-    return len(started)
+    return len(ended)

@@ -20,6 +20,9 @@ from softvox_gym.simulation import check_count, check_threads, phase_rows, prepa
 #: How a saved simulation begins; another format has another number.
 MAGIC = b"softvox simulation 1\n"
 
+#: Cycles from which on a double no longer tells parts of a turn.
+MOST_TURNS = 2.0**50
+
 # Columns of the clock, as softvox.h has them.
 _TIME, _STEP, _MEASURING, _ENDED, _TORN = 0, 1, 3, 4, 5
 _START, _CENTRE = slice(7, 10), slice(10, 13)
@@ -119,6 +122,8 @@ class Simulation:
 
     def _start(self, threads: int | None, isa: str | None) -> None:
         n = len(self)
+        self.designs = self.designs.copy()  # what the engine reads stays its own
+        self.designs.setflags(write=False)
         if self._batch.phase is None:
             zeros = np.zeros(self._batch.digits.shape)
             self._batch = engine.Batch(**{**vars(self._batch), "phase": zeros})
@@ -178,10 +183,14 @@ class Simulation:
             _check_time("cycles", cycles)
         if until is not None:
             _check_time("until", until)
-        new_strain = None if strain is None else strain_rows(strain, self.physics, self.designs)
+        new_strain = (
+            None
+            if strain is None
+            else strain_rows(strain, self.physics, self.designs, by_cycle=False)
+        )
         new_phase = None if phase is None else phase_rows(phase, self.designs)
-        if new_strain is not None and new_strain.shape[1] > 1:
-            raise ValueError("strain must have shape (n, nx, ny, nz): one amplitude from now on")
+        if new_phase is not None and not np.all(np.abs(new_phase) < MOST_TURNS):
+            raise ValueError(f"phase must be finite and below {MOST_TURNS:.3g} cycles")
         if new_strain is not None:
             self._batch.strain[:] = new_strain
         if new_phase is not None and self._batch.phase is not None:
@@ -190,8 +199,13 @@ class Simulation:
         if self._steered:
             self._run.steer()
         goal = self._end_of(cycles) if cycles is not None else until
-        times = None if goal is None else np.broadcast_to(np.float64(goal), len(self)).copy()
-        self._run.advance(times, MOST if steps is None else int(steps))
+        if goal is None:
+            self._run.advance(None, MOST if steps is None else int(steps))
+            return
+        times = np.broadcast_to(np.float64(goal), len(self)).copy()
+        step, end = (self._batch.parameters[name] for name in ("time_step", "duration"))
+        left = (np.minimum(times, end) - self._clock[:, _TIME]) / step
+        self._run.advance(times, MOST, about=float(np.nanmax(left, initial=0.0)) + 1)
 
     def _end_of(self, cycles: float) -> NDArray[np.float64]:
         """Return when so many more cycles end, by design."""
@@ -267,6 +281,8 @@ class Simulation:
 
     def save(self) -> bytes:
         """Return all that is needed to go on: designs, physics, actuation and state."""
+        # Decided at the start, whatever strain was given since: who runs, and how far it is.
+        taken = np.nan_to_num(self._clock[:, _STEP], nan=-1).astype(np.int32)
         output = self._run.output
         arrays = {
             "designs": self.designs,
@@ -275,6 +291,7 @@ class Simulation:
             "counted_from": self._counted_from,
             "cycles": self._cycles,
             "steered": np.array(self._steered),
+            "resumed": taken,
             **{name: getattr(output, name) for name in ("status", "steps", "start", "end")},
             **self._run.state(*engine.STATE),
         }
@@ -317,8 +334,8 @@ class Simulation:
         sim.designs, sim.physics, batch = prepared(
             kept["designs"], Physics(**about["physics"]), None, None
         )
-        actuation = {"strain": kept["strain"], "phase": kept["phase"]}
-        sim._batch = engine.Batch(**{**vars(batch), **actuation})
+        parts = {name: kept[name] for name in ("strain", "phase", "resumed")}
+        sim._batch = engine.Batch(**{**vars(batch), **parts})
         sim._start(threads, isa)
         sim._steered = bool(kept["steered"])
         sim._counted_from[:], sim._cycles[:] = kept["counted_from"], kept["cycles"]
@@ -340,5 +357,9 @@ def _check_time(name: str, value: Any) -> None:
     is_number = isinstance(value, (int, float, np.integer, np.floating))
     if not is_number or isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be a number, got {value!r}")
-    if not value >= 0:
+    try:
+        too_low = not float(value) >= 0
+    except OverflowError:
+        raise ValueError(f"{name} must be a number that a float holds") from None
+    if too_low:
         raise ValueError(f"{name} must not be negative, got {value}")

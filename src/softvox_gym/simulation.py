@@ -246,7 +246,9 @@ def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
         raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
-def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64]:
+def _per_voxel(
+    name: str, values: ArrayLike, stack: NDArray[np.uint8], *, by_cycle: bool = False
+) -> NDArray[np.float64]:
     """Return values as float64 of the stack's shape, perhaps with cycles after the first axis."""
     try:
         array = np.asarray(values)
@@ -256,10 +258,9 @@ def _per_voxel(name: str, values: ArrayLike, stack: NDArray[np.uint8]) -> NDArra
         raise TypeError(f"{name} must be an array of numbers, got {array.dtype} values")
     if array.shape != stack.shape:
         n, *sites = array.shape or (0,)
-        by_cycle = name == "strain" and array.ndim == 5
-        if not by_cycle or (n, *sites[1:]) != stack.shape or sites[0] < 1:
+        if not (by_cycle and array.ndim == 5) or (n, *sites[1:]) != stack.shape or sites[0] < 1:
             n, nx, ny, nz = stack.shape
-            also = f" or ({n}, cycles, {nx}, {ny}, {nz})" if name == "strain" else ""
+            also = f" or ({n}, cycles, {nx}, {ny}, {nz})" if by_cycle else ""
             raise ValueError(
                 f"{name} must have shape {stack.shape}{also} for these designs, got {array.shape}"
             )
@@ -272,14 +273,18 @@ def phase_rows(phase: ArrayLike, stack: NDArray[np.uint8]) -> NDArray[np.float64
 
 
 def strain_rows(
-    values: ArrayLike | None, physics: Physics, stack: NDArray[np.uint8]
+    values: ArrayLike | None,
+    physics: Physics,
+    stack: NDArray[np.uint8],
+    *,
+    by_cycle: bool = True,
 ) -> NDArray[np.float64]:
     """Return strain by cycle, (n, cycles, sites) in order of sites; raises as `simulate` does."""
     n, sites = len(stack), prod(stack.shape[1:])
     if values is None:
         amplitude = np.broadcast_to(np.asarray(physics.strain), n).reshape(n, 1, 1)
         return np.repeat(amplitude, sites, axis=2)
-    array = _per_voxel("strain", values, stack)
+    array = _per_voxel("strain", values, stack, by_cycle=by_cycle)
     if array.ndim == 4:
         array = array[:, np.newaxis]
     used = array[np.broadcast_to((stack == ACTIVE)[:, np.newaxis], array.shape)]
