@@ -8,7 +8,7 @@
 #define SV_MOST_LANES 8
 
 /* Voxels of a block whose designs have a lane each, at most: the room for its pairs grows with their square. */
-#define SV_MOST_APART 512
+#define SV_MOST_APART 2048
 
 #define SV_SAMPLE_SLACK 1e-3 /* cycles by which the last sample of a track may lie past the end of the run */
 

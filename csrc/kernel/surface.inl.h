@@ -127,9 +127,10 @@ static void sv_sort(int32_t *number, int32_t count)
     }
 }
 
-/* Gathers the rows of the cells around a point, if that before it was not in the same. */
-static void sv_gather_rows(sv_surface *s, const sv_point *point)
+/* Gathers the rows of the cells around point p that have later points, if the point before was not in the same cell. */
+static void sv_gather_rows(sv_surface *s, int32_t p)
 {
+    const sv_point *point = &s->point[p];
     if (s->gathered && memcmp(point->cell, s->gathered->cell, sizeof point->cell) == 0)
         return;
     s->gathered = point;
@@ -138,7 +139,8 @@ static void sv_gather_rows(sv_surface *s, const sv_point *point)
         const int32_t *at = point->cell;
         const uint32_t cell = sv_fold(s, at[0] + way % 3 - 1, at[1] + way / 3 % 3 - 1, at[2] + way / 9 - 1);
         for (int32_t row = s->first[cell]; row < s->first[cell + 1]; row++)
-            s->around[s->around_count++] = row;
+            if (s->row[row].last > p)
+                s->around[s->around_count++] = row;
     }
 }
 
@@ -152,12 +154,10 @@ static int32_t sv_find_partners(sv_block *b, int lane, int32_t p)
     const double reach = SV_LIST_REACH * b->batch->edge, twice_edge = 2.0 * a->edge;
     const sv_wide reach_squared = sv_splat(reach * reach), edge_squared = sv_splat(twice_edge * twice_edge);
     const int32_t *around = s->around;
-    sv_gather_rows(s, a);
+    sv_gather_rows(s, p);
     int32_t count = 0;
     for (int32_t i = 0; i < s->around_count; i++) {
         const sv_cell_row *row = &s->row[around[i]];
-        if (row->last <= p)
-            continue;
         const sv_vec3 r = sv_sub3(row->place, place);
         const sv_wide square = sv_dot3(r, r);
         uint32_t near = sv_bits(sv_lt(square, reach_squared) & sv_lt(square, edge_squared));
