@@ -11,7 +11,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures wasm table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -74,6 +74,11 @@ sanitize: sdist
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
 		--results baselines/noise_free --results baselines/noise --results baselines/transfer
+
+# The engine for browsers, which ships too; anew after any change in csrc.
+wasm: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[wasm]'
+	$(BIN)/python tools/wasm.py
 
 # The tables that ship with the package; anew after a change of the engine, of the noise or
 # of a reality. Realities take 40 minutes; one alone: python tools/realities.py NAME

@@ -1,0 +1,60 @@
+"""JavaScript without a browser, for tests of what the pages run; skipped where node is missing."""
+
+import json
+import shutil
+import subprocess
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+needs_node = pytest.mark.skipif(
+    shutil.which("node") is None, reason="node not found: apt-get install nodejs"
+)
+
+ASSETS = files("softvox_view.explore").joinpath("assets")
+
+
+def answer(folder, script, given):
+    """Return what the body of an async function of (given, wasm) returns, as JSON can carry it.
+
+    It sees what engine.js and its kin export, and an instance of the engine; a Float64Array comes
+    back as float64, with all its bits.
+    """
+    (folder / "package.json").write_text('{"type": "module"}', "utf-8")
+    names = [path.name for path in ASSETS.iterdir() if path.name in ("engine.js", "physics.js")]
+    for name in names:
+        (folder / name).write_text(ASSETS.joinpath(name).read_text("utf-8"), "utf-8")
+    (folder / "engine.wasm").write_bytes(ASSETS.joinpath("engine.wasm").read_bytes())
+    (folder / "given.json").write_text(json.dumps(given), "utf-8")
+    modules = "".join(f"import * as {name[:-3]} from './{name}';\n" for name in names)
+    program = f"""import {{ readFileSync, writeFileSync }} from "node:fs";
+{modules}
+const given = JSON.parse(readFileSync("given.json"));
+const made = await WebAssembly.instantiate(readFileSync("engine.wasm"));
+const wasm = made.instance.exports;
+const answer = await (async () => {{ {script} }})();
+const numbers = [];
+let count = 0;
+const text = JSON.stringify(answer, (_, value) => {{
+  if (!(value instanceof Float64Array)) return value;
+  numbers.push(value);
+  count += value.length;
+  return {{ numbers: [count - value.length, count] }};
+}});
+writeFileSync("answer.json", text ?? "null");
+writeFileSync("numbers", Buffer.concat(numbers.map((a) => Buffer.from(a.buffer))));
+"""
+    (folder / "program.js").write_text(program, "utf-8")
+    done = subprocess.run(
+        [shutil.which("node"), "program.js"], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    numbers = np.fromfile(folder / "numbers", "<f8")
+
+    def restored(value):
+        if set(value) == {"numbers"}:
+            return numbers[slice(*value["numbers"])]
+        return value
+
+    return json.loads((folder / "answer.json").read_text("utf-8"), object_hook=restored)
