@@ -18,11 +18,11 @@ ASSETS = files("softvox_view.explore").joinpath("assets")
 def answer(folder, script, given):
     """Return what the body of an async function of (given, wasm) returns, as JSON can carry it.
 
-    It sees what engine.js and its kin export, and an instance of the engine; a Float64Array comes
-    back as float64, with all its bits.
+    It sees the modules engine, physics and recording, and what an instance of the engine exports;
+    a Float64Array comes back as float64, with all its bits.
     """
     (folder / "package.json").write_text('{"type": "module"}', "utf-8")
-    names = [path.name for path in ASSETS.iterdir() if path.name in ("engine.js", "physics.js")]
+    names = ("engine.js", "physics.js", "recording.js")
     for name in names:
         (folder / name).write_text(ASSETS.joinpath(name).read_text("utf-8"), "utf-8")
     (folder / "engine.wasm").write_bytes(ASSETS.joinpath("engine.wasm").read_bytes())

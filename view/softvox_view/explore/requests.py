@@ -20,14 +20,18 @@ from softvox_gym.physics import SPECS, Bounds, ParameterError, ParameterSpec
 _warnings = threading.Lock()
 
 
+class _Whole(Bounds):
+    def hold(self, value: Any) -> Any:
+        return super().hold(value) & (np.trunc(value) == value)
+
+
 def _degrees(name: str, most: int, about: str, slider: tuple[float, float, float]) -> ParameterSpec:
-    bounds = Bounds(f"between {-most} and {most} degrees", lambda v: abs(v) <= most)
+    bounds = Bounds(f"between {-most} and {most} degrees", -most, most, "[]")
     return ParameterSpec(0.0, "°", bounds, about, 0.0, slider, name=name)
 
 
 def _whole(name: str, low: int, high: int) -> ParameterSpec:
-    words = f"a whole number from {low} to {high}"
-    bounds = Bounds(words, lambda v: (v >= low) & (v <= high) & (np.trunc(v) == v))
+    bounds = _Whole(f"a whole number from {low} to {high}", low, high, "[]")
     return ParameterSpec(low, "", bounds, name, name=name)
 
 

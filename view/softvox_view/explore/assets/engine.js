@@ -39,3 +39,58 @@ export function simulateOn(wasm, { shared, actuation, shape, digits, strain, pha
     held.forEach((address) => wasm.give_back(address));
   }
 }
+
+/** Workers that simulate; the urgent comes first, and what is no longer wanted never begins. */
+export class Pool {
+  #queue = [];
+  #idle;
+
+  /** Start workers on the engine's bytes, as many as the machine has processors. */
+  constructor(bytes, count = navigator.hardwareConcurrency || 2) {
+    const source = `${simulateOn}
+const ready = new Promise((resolve) => {
+  onmessage = async ({ data }) => {
+    onmessage = answer;
+    resolve((await WebAssembly.instantiate(data)).instance.exports);
+  };
+});
+async function answer({ data }) {
+  try {
+    const made = simulateOn(await ready, data);
+    postMessage({ made }, [made.facts.buffer, made.track.buffer, made.frames.buffer]);
+  } catch (error) {
+    postMessage({ error: error.message });
+  }
+}`;
+    const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    this.#idle = Array.from({ length: count }, () => {
+      const worker = new Worker(address);
+      worker.postMessage(bytes);
+      return worker;
+    });
+  }
+
+  /** Simulate a batch as `simulateOn` does; where a signal aborts, the promise never settles. */
+  run(batch, { isUrgent = false, signal } = {}) {
+    return new Promise((resolve, reject) => {
+      this.#queue[isUrgent ? "unshift" : "push"]({ batch, resolve, reject, signal });
+      this.#next();
+    });
+  }
+
+  #next() {
+    this.#queue = this.#queue.filter(({ signal }) => !signal?.aborted);
+    if (!this.#queue.length || !this.#idle.length) return;
+    const { batch, resolve, reject, signal } = this.#queue.shift();
+    const worker = this.#idle.pop();
+    const end = (settle, value) => {
+      this.#idle.push(worker);
+      this.#next();
+      if (!signal?.aborted) settle(value);
+    };
+    worker.onmessage = ({ data: { made, error } }) => (made ? end(resolve, made) : end(reject, new Error(error)));
+    worker.onerror = ({ message }) => end(reject, new Error(message || "a worker could not be started"));
+    worker.postMessage(batch);
+    this.#next();
+  }
+}
