@@ -27,13 +27,13 @@ LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
 	tests/search/test_results.py tests/search/test_report_tables.py \
 	tests/search/test_transfer.py tests/view/test_figures_cli.py \
-	tests/view/test_replay_command.py tests/view/test_explore_requests.py
+	tests/view/test_replay_command.py tests/view/test_explore_physics.py
 test-lowest:
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \
 		> $(VENV)-lowest/constraints.txt
 	$(VENV)-lowest/bin/python -m pip install --quiet --constraint $(VENV)-lowest/constraints.txt \
-		--editable '.[search,adapters,view,explore,browser-test]' moviepy pytest setuptools
+		--editable '.[search,adapters,view,browser-test]' moviepy pytest setuptools
 	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS)
 
 verify: $(VENV)/installed

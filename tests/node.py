@@ -15,19 +15,22 @@ needs_node = pytest.mark.skipif(
 ASSETS = files("softvox_view.explore").joinpath("assets")
 
 
+#: Of the page, those that a script can take from.
+MODULES = ("engine", "physics", "recording", "panels", "search")
+
+
 def answer(folder, script, given):
     """Return what the body of an async function of (given, wasm) returns, as JSON can carry it.
 
-    It sees the modules engine, physics and recording, and what an instance of the engine exports;
-    a Float64Array comes back as float64, with all its bits.
+    It sees MODULES and what an instance of the engine exports; a Float64Array comes back as
+    float64, with all its bits.
     """
     (folder / "package.json").write_text('{"type": "module"}', "utf-8")
-    names = ("engine.js", "physics.js", "recording.js")
-    for name in names:
-        (folder / name).write_text(ASSETS.joinpath(name).read_text("utf-8"), "utf-8")
-    (folder / "engine.wasm").write_bytes(ASSETS.joinpath("engine.wasm").read_bytes())
+    for path in ASSETS.iterdir():
+        if path.name.endswith((".js", ".wasm")):
+            (folder / path.name).write_bytes(path.read_bytes())
     (folder / "given.json").write_text(json.dumps(given), "utf-8")
-    modules = "".join(f"import * as {name[:-3]} from './{name}';\n" for name in names)
+    modules = "".join(f"import * as {name} from './{name}.js';\n" for name in MODULES)
     program = f"""import {{ readFileSync, writeFileSync }} from "node:fs";
 {modules}
 const given = JSON.parse(readFileSync("given.json"));

@@ -111,6 +111,22 @@ export function timeStep({ edge, youngs_modulus, density, time_step_fraction }) 
   return time_step_fraction / (2 * Math.PI * Math.sqrt(stiffness / mass));
 }
 
+/** The physics that the texts of a page's parameters stand for; a tilted floor is a tilted gravity. */
+export function physicsWritten(known, { preset, actuation, ...texts }, notes = []) {
+  const numbers = {};
+  for (const [name, text] of Object.entries(texts)) {
+    numbers[name] = Number(text.trim() || NaN);
+    if (Number.isNaN(numbers[name])) throw new Refused(`${name} must be a number, got '${text}'`, name);
+  }
+  const { tilt = 0, downhill = 0, ...own } = numbers;
+  const angles = { tilt, downhill };
+  for (const spec of known.tilts) checkBounds(known, spec, angles[spec.name]);
+  if (preset) own.preset = preset;
+  if (actuation) own.actuation = actuation;
+  const physics = physicsOf(known, own, notes);
+  return tilt ? { ...physics, gravity: tilted([0, 0, physics.gravity], tilt, downhill) } : physics;
+}
+
 /** Gravity, a vector, as seen from a floor that is tilted by so many degrees towards a heading. */
 export function tilted(gravity, tilt, downhill) {
   if (!tilt) return gravity;
