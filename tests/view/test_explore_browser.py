@@ -378,6 +378,30 @@ def test_the_page_simulates_any_designs_to_the_native_bits(driver, page):
     assert "no physics reversed" in called(driver, "softvox.simulate([1], 'reversed')")
 
 
+def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page):
+    opened(driver, page, "map=rank")
+    pixels = map_pixels(driver)
+    row, column = cell_of(np.arange(6561))
+    cell = len(pixels) // SIDE
+    colours = pixels[(SIDE - 1 - row) * cell + cell // 2, column * cell + cell // 2]
+    order = np.argsort(softvox_gym.landscape()["fitness"])
+    medians = [np.median(colours[part], axis=0) for part in np.array_split(order, 10)]
+    steps = np.linalg.norm(np.diff(medians, axis=0), axis=1)
+    assert steps.min() > 0.3 * steps.max()
+    assert (shown(driver, "low"), shown(driver, "high")) == ("last", "first")
+
+
+def test_what_is_said_well_does_not_look_like_an_error(driver, page):
+    opened(driver, page)
+    colour = "return getComputedStyle(document.getElementById('message')).color"
+    one(driver, "#share").click()
+    until(lambda: "link is" in shown(driver, "message"))
+    good = driver.execute_script(colour)
+    entered(driver, "#find-text", "6561")
+    until(lambda: "is neither" in shown(driver, "message"))
+    assert driver.execute_script(colour) != good
+
+
 def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, page):
     opened(driver, page)
     entered(driver, "#value-gravity", "-2")
@@ -385,8 +409,11 @@ def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, pa
     entered(driver, "#find-text", "4295")
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
     assert not shown(driver, "progress-row", "hidden")
+    dimmed = "return getComputedStyle(document.getElementById('facts')).opacity"
+    assert float(driver.execute_script(dimmed)) < 1
     one(driver, "#reset").click()
     until(lambda: shown(driver, "progress-row", "hidden"))
+    assert driver.execute_script(dimmed) == "1"
     assert applied(driver) == {}
     assert facts(driver)["published"] == facts(driver)["fitness"]
     assert not (map_pixels(driver) == [226, 230, 235]).all(axis=2).any()

@@ -88,7 +88,7 @@ function record(changes, isStep) {
 function show() {
   const asked = read();
   const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text) };
-  find("message").textContent = "";
+  say("");
   for (const [name, check] of Object.entries(checks)) {
     try {
       asked[name] = check(asked[name]);
@@ -110,10 +110,15 @@ function kindOf(text) {
   throw new Refused(`there is no map ${text}; the maps are ${KINDS.join(", ")}`);
 }
 
+function say(text, isGood = false) {
+  find("message").textContent = text;
+  find("message").classList.toggle("good", isGood);
+}
+
 /** Say what is wrong; return whether it was said beside a parameter. */
 function complain(error) {
   const isBeside = controls.complain(error.parameter, error.message);
-  if (!isBeside) find("message").textContent = error.message;
+  if (!isBeside) say(error.message);
   if (!(error instanceof Refused)) reportError(error);
   return isBeside;
 }
@@ -158,6 +163,7 @@ async function recompute(parameters, isStep) {
     }
   }
   find("progress-row").hidden = true;
+  document.body.classList.remove("computing");
 }
 
 /** Compute a landscape, its cells filling in as they come. */
@@ -200,6 +206,7 @@ function draftOf(dx, dy) {
 
 function showProgress(done, total) {
   find("progress-row").hidden = false;
+  document.body.classList.add("computing");
   find("progress").value = done / total;
   find("progress-text").textContent = `${done} of ${total} designs`;
 }
@@ -251,7 +258,7 @@ function showEdited() {
 }
 
 function choose(text) {
-  find("message").textContent = "";
+  say("");
   try {
     want({ [which()]: designOf(text) });
   } catch (error) {
@@ -378,10 +385,11 @@ const actions = {
     save(new Blob([text], { type: "text/html" }), `${nameOf(name)}.html`);
   },
   async "share click"() {
-    find("message").textContent = await navigator.clipboard.writeText(location.href).then(
+    const said = await navigator.clipboard.writeText(location.href).then(
       () => "The link is copied.",
       () => "The link is this page's address.",
     );
+    say(said, true);
   },
 };
 for (const [what, handler] of Object.entries(actions)) {

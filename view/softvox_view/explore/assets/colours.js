@@ -22,6 +22,7 @@ export function colouring(kind, atlas, values) {
     fitness: () => amounts(values.fitness, "fitness, voxel widths"),
     heading: () => headings(values),
     difference: () => differences(values.fitness, atlas.fitness),
+    rank: () => ranks(values.fitness),
   }[kind]();
   if (values.fitness.includes(null)) made.unit += "; ×: diverged";
   const { colour } = made;
@@ -33,6 +34,16 @@ function amounts(shown, unit) {
   const scale = (share) => sample(cividis, share);
   const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
   return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
+}
+
+/** By rank alone, so that a few that are far ahead leave the others their colours. */
+function ranks(fitness) {
+  const known = [...fitness.keys()].filter((i) => (fitness[i] ?? null) !== null);
+  known.sort((a, b) => fitness[a] - fitness[b]);
+  const shares = fitness.map(() => null);
+  known.forEach((design, place) => (shares[design] = place));
+  const unit = "rank by fitness, each colour as many designs";
+  return { ...amounts(shares, unit), low: "last", high: "first" };
 }
 
 function headings({ dx, dy, fitness }) {

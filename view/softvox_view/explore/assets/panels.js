@@ -28,8 +28,8 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
     `${design} · ${digitsOf(design)}`,
     `fitness ${number(fitness[design])}`,
     ...travels,
-    `under noise ${number(atlas.noise[design])}`,
     `published ${number(atlas.fitness[design])}`,
+    `that under noise ${number(atlas.noise[design])}`,
   ].join(", ");
 }
 
@@ -43,7 +43,7 @@ export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
     ["fitness", (i) => fitness[i], 4],
     ["published", (i) => atlas.fitness[i], 4],
     ["step error, voxel widths", (i) => atlas.step_error[i], 4],
-    ["mean under noise", (i) => atlas.noise[i], 2],
+    ["published, under noise", (i) => atlas.noise[i], 2],
     ["rank of 6561", (i) => rankOf(fitness, i)],
     ["dx", (i) => dx[i], 2],
     ["dy", (i) => dy[i], 2],
