@@ -11,7 +11,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O2 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures wasm table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -27,13 +27,13 @@ LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
 	tests/search/test_results.py tests/search/test_report_tables.py \
 	tests/search/test_transfer.py tests/view/test_figures_cli.py \
-	tests/view/test_replay_command.py tests/view/test_explore_requests.py
+	tests/view/test_replay_command.py tests/view/test_explore_physics.py
 test-lowest:
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \
 		> $(VENV)-lowest/constraints.txt
 	$(VENV)-lowest/bin/python -m pip install --quiet --constraint $(VENV)-lowest/constraints.txt \
-		--editable '.[search,adapters,view,explore,browser-test]' moviepy pytest setuptools
+		--editable '.[search,adapters,view,browser-test]' moviepy pytest setuptools
 	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS)
 
 verify: $(VENV)/installed
@@ -74,6 +74,11 @@ sanitize: sdist
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
 		--results baselines/noise_free --results baselines/noise --results baselines/transfer
+
+# The engine for browsers, which ships too; anew after any change in csrc.
+wasm: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[wasm]'
+	$(BIN)/python tools/wasm.py
 
 # The tables that ship with the package; anew after a change of the engine, of the noise or
 # of a reality. Realities take 40 minutes; one alone: python tools/realities.py NAME

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from decimal import ROUND_DOWN, Context
-from math import pi
+from fractions import Fraction
+from math import inf, pi
 from textwrap import wrap
 from typing import Any, NamedTuple, TypeAlias
 
@@ -46,20 +47,28 @@ class ParameterError(ValueError):
 
 
 class Bounds(NamedTuple):
-    """What a value must be, in words and as a test; of numbers, of each of an array."""
+    """What a value must be: in words, and for numbers the interval that they are in."""
 
     words: str
-    hold: Callable[[Any], Any]
+    low: float = -inf
+    high: float = inf
+    #: Whether the low end belongs to it, "[" or "(", and the high one, "]" or ")".
+    ends: str = "()"
+
+    def hold(self, value: Any) -> Any:
+        """Return whether a number, or each of an array, is within."""
+        above = value >= self.low if self.ends[0] == "[" else value > self.low
+        return above & (value <= self.high if self.ends[1] == "]" else value < self.high)
 
 
-FINITE = Bounds("finite", np.isfinite)
-POSITIVE = Bounds("positive and finite", lambda v: np.isfinite(v) & (v > 0))
-NOT_NEGATIVE = Bounds("finite and not negative", lambda v: np.isfinite(v) & (v >= 0))
-POISSON = Bounds("above -1 and at most 0.5", lambda v: (v > -1) & (v <= 0.5))
-AMPLITUDE = Bounds("finite and above -1", lambda v: np.isfinite(v) & (v > -1))
-STABLE = Bounds("above 0 and at most 1, or the time step is unstable", lambda v: (v > 0) & (v <= 1))
-CHOICE = Bounds(f"one of {', '.join(ACTUATIONS)}", lambda v: v in ACTUATIONS)
-FLAG = Bounds("True or False", lambda v: isinstance(v, (bool, np.bool_)))
+FINITE = Bounds("finite")
+POSITIVE = Bounds("positive and finite", low=0)
+NOT_NEGATIVE = Bounds("finite and not negative", low=0, ends="[)")
+POISSON = Bounds("above -1 and at most 0.5", low=-1, high=0.5, ends="(]")
+AMPLITUDE = Bounds("finite and above -1", low=-1)
+STABLE = Bounds("above 0 and at most 1, or the time step is unstable", low=0, high=1, ends="(]")
+CHOICE = Bounds(f"one of {', '.join(ACTUATIONS)}")
+FLAG = Bounds("True or False")
 
 
 def _hold(bounds: Bounds, value: Any) -> bool:
@@ -90,11 +99,13 @@ class ParameterSpec:
     def checked(self, value: Any) -> Any:
         """Return a value as Physics holds it: float, read-only array, str or bool; or raise."""
         must = f"must be {self.bounds.words}, got"
-        if isinstance(self.default, (bool, str)):
-            if self.bounds.hold(value):
-                return type(self.default)(value)
-            if isinstance(self.default, bool):
-                raise TypeError(f"{self.name} {must} {value!r}")
+        if isinstance(self.default, bool):
+            if isinstance(value, (bool, np.bool_)):
+                return bool(value)
+            raise TypeError(f"{self.name} {must} {value!r}")
+        if isinstance(self.default, str):
+            if value in ACTUATIONS:
+                return str(value)
             raise ParameterError(self.name, f"{must} {value!r}")
         array = self._numbers(value)
         good = self.bounds.hold(array)
@@ -144,6 +155,14 @@ def _load(
         turning = step * damping_link * (3 + np.sqrt(shear)) + step**2 * (3 + shear)
         spinning = 20 * np.sqrt(6) * step * damping_global
         return np.asarray(np.maximum(np.maximum(moving, turning), spinning))
+
+
+def _cube(edge: float) -> float:
+    """Return edge^3, correctly rounded, which a C library's power is not on every machine."""
+    try:
+        return float(Fraction(edge) ** 3)
+    except OverflowError:
+        return inf
 
 
 def _below(value: float) -> str:
@@ -397,7 +416,7 @@ class Physics:
     def time_step(self) -> Parameter:
         """Time step, s: the fraction of the fastest axial oscillation that the parameters allow."""
         stiffness = np.asarray(self.youngs_modulus) * self.edge
-        mass = np.asarray(self.density) * np.float64(self.edge) ** 3
+        mass = np.asarray(self.density) * _cube(self.edge)
         step = np.asarray(self.time_step_fraction) / (2 * pi * np.sqrt(stiffness / mass))
         return float(step) if step.ndim == 0 else step
 
@@ -405,7 +424,7 @@ class Physics:
     def weight(self) -> Parameter:
         """Weight of a voxel, N."""
         pull = np.linalg.norm(self.gravity_vector, axis=-1)
-        weight = np.asarray(self.density) * np.float64(self.edge) ** 3 * pull
+        weight = np.asarray(self.density) * _cube(self.edge) * pull
         return float(weight) if np.ndim(weight) == 0 else np.asarray(weight)
 
     @property

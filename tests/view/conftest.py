@@ -1,15 +1,17 @@
-"""The app and a browser to meet it with, for the tests of `softvox explore`."""
+"""The page and a browser to meet it with, for the tests of `softvox explore`."""
 
 import pytest
 from chromium import STILL, WEBGL, chromium
 
 
 @pytest.fixture(scope="module")
-def served():
-    from explore_serving import serving  # needs what the module asked for
+def page(tmp_path_factory):
+    """Return the address of the page."""
+    from softvox_view.explore.page import page
 
-    with serving() as running:
-        yield running
+    path = tmp_path_factory.mktemp("explore") / "landscape.html"
+    path.write_text(page(), "utf-8")
+    return path.as_uri()
 
 
 @pytest.fixture(scope="module")

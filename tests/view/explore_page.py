@@ -4,11 +4,13 @@ import base64
 import io
 import json
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from chromium import until
 
+from softvox_gym import Physics, simulate
 from softvox_view.tessellation import SIDE, cell_of
 
 DESKTOP, PHONE = (1280, 800), (390, 844)
@@ -22,14 +24,25 @@ def sized(driver, width, height):
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
 
-def opened(driver, served, state=""):
+#: Landscapes of this are done in a moment.
+SHORT = {"duration": "0.4"}
+SHORT_STATE = "duration=0.4"
+
+
+def opened(driver, page, state=""):
     driver.get("about:blank")
     driver.get_log("browser")
     driver.get_log("performance")
-    driver.get(f"{served.address}#{state}")
+    driver.get(f"{page}#{state}")
     until(lambda: shown(driver, "robot-panel", "dataset.designs"))
     until(lambda: applied(driver) is not None)
     return driver
+
+
+def opened_short(driver, page, state=""):
+    """Open the page with a landscape that others are soon computed beside."""
+    opened(driver, page, "&".join(filter(None, [state, SHORT_STATE])))
+    until(lambda: applied(driver) == SHORT)
 
 
 def shown(driver, name, what="textContent"):
@@ -74,9 +87,12 @@ def facts(driver):
     return {name: told for name, *told in rows}
 
 
-def gravity_of_3(served):
-    """Return the fitness of all designs; test_explore_server holds it to the engine."""
-    return np.array(served.events("landscape", gravity=-3)[-1]["answer"]["values"]["fitness"])
+@cache
+def fitness_with(**changes):
+    """Return the fitness of all designs with changes to SHORT, from the native engine."""
+    values = {name: float(value) for name, value in SHORT.items()}
+    physics = Physics.of({"preset": "published", **values, **changes})
+    return simulate(np.arange(6561), physics).fitness
 
 
 def map_pixels(driver):

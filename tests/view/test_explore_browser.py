@@ -1,32 +1,39 @@
 """The app as somebody at a browser meets it."""
 
+import base64
 import csv
+import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from chromium import NO_WEBGL, chromium, errors, needs_chromium, requests, until
-
-pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
-pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
-
+from chromium import NO_WEBGL, PATIENCE, chromium, errors, needs_chromium, requests, until
+from chromium import opened as chromium_opened
 from explore_page import (
     DESKTOP,
     PHONE,
+    SHORT,
+    SHORT_STATE,
     applied,
     entered,
     facts,
-    gravity_of_3,
+    fitness_with,
     kept,
     map_pixels,
     mouse,
     one,
     opened,
+    opened_short,
     shown,
     sized,
 )
+from node import answer, needs_node
 
 import softvox_gym
-from softvox_gym import Design, simulate
+from softvox_gym import Design, Physics, reality, simulate
+from softvox_gym.manifest import digest
+from softvox_gym.verify import GOLDEN
 from softvox_view.tessellation import SIDE, cell_of
 
 image = pytest.importorskip("PIL.Image")
@@ -34,8 +41,8 @@ image = pytest.importorskip("PIL.Image")
 pytestmark = needs_chromium
 
 
-def test_it_loads_without_an_error_and_asks_nobody_else(driver, served):
-    opened(driver, served)
+def test_it_loads_without_an_error_and_asks_nobody_else(driver, page):
+    opened(driver, page)
     assert applied(driver) == {}
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
     assert facts(driver)["fitness"] == ["4.6573"]
@@ -44,11 +51,12 @@ def test_it_loads_without_an_error_and_asks_nobody_else(driver, served):
     assert facts(driver)["step error, voxel widths"] == [f"{error:.4f}"]
     assert shown(driver, "player", "player.supported")
     assert errors(driver) == []
-    assert [url for url in requests(driver) if not url.startswith(served.address)] == []
+    own = (page, "blob:", "chrome:")  # chrome: the new tab's, before
+    assert [url for url in requests(driver) if not url.startswith(own)] == []
 
 
-def test_lighter_is_fitter_on_the_map(driver, served):
-    opened(driver, served)
+def test_lighter_is_fitter_on_the_map(driver, page):
+    opened(driver, page)
     pixels = map_pixels(driver)
     fitness = softvox_gym.landscape()["fitness"]
     row, column = cell_of(np.arange(6561))
@@ -64,8 +72,8 @@ def test_lighter_is_fitter_on_the_map(driver, served):
     assert lightness[order][-1] - lightness[order][0] > 150
 
 
-def test_hovering_shows_the_robot_and_its_numbers(driver, served):
-    opened(driver, served)
+def test_hovering_shows_the_robot_and_its_numbers(driver, page):
+    opened(driver, page)
     mouse(driver, 4295).perform()
     assert shown(driver, "hover-text").startswith("4295 · 20002221, fitness 4.65")
     shapes = driver.execute_script("return document.querySelectorAll('#hover-robot circle').length")
@@ -73,8 +81,8 @@ def test_hovering_shows_the_robot_and_its_numbers(driver, served):
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
 
 
-def test_a_click_simulates_and_replays_and_is_in_the_address(driver, served):
-    opened(driver, served)
+def test_a_click_simulates_and_replays_and_is_in_the_address(driver, page):
+    opened(driver, page)
     mouse(driver, 4295).click().perform()
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
     assert facts(driver)["fitness"] == [f"{simulate(4295).fitness[0]:.4f}"]
@@ -84,10 +92,10 @@ def test_a_click_simulates_and_replays_and_is_in_the_address(driver, served):
     assert errors(driver) == []
 
 
-def test_keys_alone_lead_to_a_robot(driver, served):
+def test_keys_alone_lead_to_a_robot(driver, page):
     from selenium.webdriver import Keys
 
-    opened(driver, served, "design=0")
+    opened(driver, page, "design=0")
     canvas = one(driver, "#map")
     driver.execute_script("arguments[0].focus()", canvas)
     assert driver.switch_to.active_element == canvas
@@ -98,8 +106,8 @@ def test_keys_alone_lead_to_a_robot(driver, served):
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == str(number))
 
 
-def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, served):
-    opened(driver, served)
+def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, page):
+    opened(driver, page)
     nameless = driver.execute_script(
         """return [...document.querySelectorAll("button, input, select, a, summary, [tabindex]")]
         .filter((e) => e.offsetParent && !(e.getAttribute("aria-label") || e.textContent.trim()
@@ -112,19 +120,14 @@ def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, se
     assert (nameless, unreachable) == ([], [])
 
 
-def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, served):
-    opened(driver, served)
-    # Watched from within: where the landscape is at hand, progress is seen for a blink only.
-    driver.execute_script(
-        """window.progressSeen = false;
-        const row = document.getElementById("progress-row");
-        new MutationObserver(() => { window.progressSeen ||= !row.hidden; })
-            .observe(row, { attributes: true });"""
-    )
+def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, page):
+    opened_short(driver, page)
     entered(driver, "#value-gravity", "-3")
-    until(lambda: applied(driver) == {"gravity": "-3"})
-    assert driver.execute_script("return window.progressSeen")
-    fitness = gravity_of_3(served)
+    until(lambda: re.match("[1-9][0-9]* of 6561", shown(driver, "progress-text")))
+    grey = (map_pixels(driver) == [226, 230, 235]).all(axis=2).mean()
+    assert 0.01 < grey < 1, "cells fill in as they come"
+    until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
+    fitness = fitness_with(gravity=-3.0)
     before = softvox_gym.landscape()["fitness"]
     top = [set(np.argsort(-values, kind="stable")[:100]) for values in (before, fitness)]
     told = shown(driver, "changes")
@@ -138,14 +141,10 @@ def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, served
     assert errors(driver) == []
 
 
-def test_what_changed_is_told_in_ranks(driver, served):
-    opened(driver, served)
-    told = driver.execute_async_script(
-        """const [before, now, done] = arguments;
-        import("/panels.js").then(({ changesOf }) => done(changesOf(before, now)));""",
-        [3.0, 2.0, 1.0, 2.0],
-        [None, 2.0, 4.0, 2.0],
-    )
+@needs_node
+def test_what_changed_is_told_in_ranks(tmp_path):
+    script = "return panels.changesOf([3, 2, 1, 2], [null, 2, 4, 2]);"
+    told = answer(tmp_path, script, None)
     assert (told["best"], told["former"]) == (2, 0)
     assert told["lines"] == [
         "4 of the top 100 stayed",
@@ -156,27 +155,26 @@ def test_what_changed_is_told_in_ranks(driver, served):
     ]
 
 
-def test_a_slider_moved_fast_ends_where_it_was_left(driver, served):
+def test_a_slider_moved_fast_ends_where_it_was_left(driver, page):
     from selenium.webdriver import Keys
 
-    opened(driver, served)
+    opened_short(driver, page)
     slider = one(driver, "#slider-friction_static")
     slider.send_keys(*[Keys.ARROW_LEFT] * 6)
     assert shown(driver, "value-friction_static", "value") == "0.7"
-    until(lambda: applied(driver) == {"friction_static": "0.7"})
-    assert driver.current_url.endswith("#friction_static=0.7")
-    until(lambda: served.explorer.running == 0)
+    until(lambda: applied(driver) == {**SHORT, "friction_static": "0.7"})
+    assert driver.current_url.endswith("#duration=0.4&friction_static=0.7")
     one(driver, "#reset").click()
     until(lambda: applied(driver) == {})
     assert shown(driver, "value-friction_static", "value") == "1"
 
 
-def test_a_bad_parameter_is_told_beside_it_and_changes_nothing(driver, served):
-    opened(driver, served)
+def test_a_bad_parameter_is_told_beside_it_and_changes_nothing(driver, page):
+    opened(driver, page)
     before = map_pixels(driver)
     entered(driver, "#value-friction_static", "-1")
     said = until(lambda: shown(driver, "error-friction_static"))
-    assert said == "friction_static must be finite and not negative, got -1.0"
+    assert said == "friction_static must be finite and not negative, got -1"
     assert one(driver, "#value-friction_static").get_attribute("aria-invalid") == "true"
     assert np.array_equal(map_pixels(driver), before)
     assert driver.current_url.endswith("#")
@@ -185,22 +183,22 @@ def test_a_bad_parameter_is_told_beside_it_and_changes_nothing(driver, served):
 
 
 @pytest.mark.parametrize("text", ["6561", "0002122", "<b>x</b>"])
-def test_a_design_that_does_not_exist_is_told(driver, served, text):
-    opened(driver, served)
+def test_a_design_that_does_not_exist_is_told(driver, page, text):
+    opened(driver, page)
     entered(driver, "#find-text", text)
     said = until(lambda: shown(driver, "message"))
     assert said == (f"design '{text}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2")
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
 
 
-def test_a_design_is_found_by_its_digits(driver, served):
-    opened(driver, served)
+def test_a_design_is_found_by_its_digits(driver, page):
+    opened(driver, page)
     entered(driver, "#find-text", "20002221")
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
 
 
-def test_a_design_is_found_by_drawing_it(driver, served):
-    opened(driver, served, "design=0")
+def test_a_design_is_found_by_drawing_it(driver, page):
+    opened(driver, page, "design=0")
     for site, clicks in ((0, 2), (5, 1)):
         for _ in range(clicks):
             one(driver, f"[data-site='{site}']").click()
@@ -210,8 +208,8 @@ def test_a_design_is_found_by_drawing_it(driver, served):
     assert name == "x 1, y 0, z 1: passive"
 
 
-def test_two_designs_are_compared(driver, served):
-    opened(driver, served)
+def test_two_designs_are_compared(driver, page):
+    opened(driver, page)
     one(driver, "#which input[value='compare']").click()
     mouse(driver, 4295).click().perform()
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453 4295")
@@ -222,39 +220,37 @@ def test_two_designs_are_compared(driver, served):
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453")
 
 
-def test_an_address_brings_back_what_was_seen(driver, served):
-    state = "design=4295&compare=6453&map=heading&gravity=-3"
-    opened(driver, served, state)
-    until(lambda: applied(driver) == {"gravity": "-3"})
+def test_an_address_brings_back_what_was_seen(driver, page):
+    opened(driver, page, f"design=4295&compare=6453&map=heading&gravity=-3&{SHORT_STATE}")
+    until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
     assert shown(driver, "robot-panel", "dataset.designs") == "4295 6453"
     assert shown(driver, "kind", "value") == "heading"
     assert shown(driver, "value-gravity", "value") == "-3"
     kept(driver, "explore-heading.png")
 
 
-def test_two_tabs_do_not_disturb_each_other(driver, served):
-    opened(driver, served)
+def test_two_tabs_do_not_disturb_each_other(driver, page):
+    opened_short(driver, page)
     first = driver.current_window_handle
     one(driver, "#value-actuation").send_keys("clamp")
     driver.switch_to.new_window("tab")
     try:
         sized(driver, *DESKTOP)
-        opened(driver, served, "design=4295")
+        opened(driver, page, "design=4295")
         assert (applied(driver), facts(driver)["design"]) == ({}, ["4295"])
-        entered(driver, "#value-gravity", "-3")
-        until(lambda: applied(driver) == {"gravity": "-3"})
+        opened(driver, page, f"gravity=-3&{SHORT_STATE}")
+        until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
         second = map_pixels(driver)
     finally:
         driver.close()
         driver.switch_to.window(first)
-    until(lambda: applied(driver) == {"actuation": "clamp"})
+    until(lambda: applied(driver) == {**SHORT, "actuation": "clamp"})
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
     assert not np.array_equal(map_pixels(driver), second)
 
 
-def test_a_searchers_path_lies_over_the_map(driver, served):
-    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
-    opened(driver, served)
+def test_a_searchers_path_lies_over_the_map(driver, page):
+    opened(driver, page)
     bare = map_pixels(driver)
     one(driver, "#searcher").send_keys("hill_climber")
     entered(driver, "#budget", "60")
@@ -272,8 +268,8 @@ def test_a_searchers_path_lies_over_the_map(driver, served):
     assert np.array_equal(map_pixels(driver), bare)
 
 
-def test_what_is_seen_can_be_downloaded(driver, served, tmp_path):
-    opened(driver, served)
+def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
+    opened(driver, page)
     where = {"behavior": "allow", "downloadPath": str(tmp_path)}
     driver.execute_cdp_cmd("Browser.setDownloadBehavior", where)
     names = {
@@ -292,24 +288,29 @@ def test_what_is_seen_can_be_downloaded(driver, served, tmp_path):
         assert [float(row[name]) for row in rows] == table[name].tolist()
     with image.open(tmp_path / "landscape-fitness.png") as picture:
         assert picture.size == (680, 750)
-    entered(driver, "#value-gravity", "-3")
-    until(lambda: applied(driver) == {"gravity": "-3"})
+    opened_short(driver, page)
     for button, name in {
-        "save-csv": "landscape_gravity_-3.csv",
-        "save-png": "landscape-fitness_gravity_-3.png",
+        "save-csv": "landscape_duration_0.4.csv",
+        "save-png": "landscape-fitness_duration_0.4.png",
     }.items():
         one(driver, f"#{button}").click()
         until((tmp_path / name).exists)
-    assert "6453" in (tmp_path / "replay-6453.html").read_text("utf-8")
+    with (tmp_path / "landscape_duration_0.4.csv").open(newline="") as file:
+        fitness = [float(row["fitness"]) for row in csv.DictReader(file)]
+    assert fitness == fitness_with().tolist()
+    replay = tmp_path / "replay-6453.html"
+    chromium_opened(driver, replay)
+    until(lambda: driver.execute_script("return document.getElementById('robots').player?.frames"))
+    assert "6453 · 00021222 · 4.66 in 15 cycles" in driver.title
+    assert errors(driver) == []
+    assert [url for url in requests(driver) if url != replay.as_uri()] == []
 
 
 @pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
-def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, served, size):
+def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, page, size):
     sized(driver, *size)
     try:
-        state = "design=6453&compare=4295&gravity=-3&map=difference"
-        opened(driver, served, state)
-        until(lambda: applied(driver) == {"gravity": "-3"})
+        opened_short(driver, page, "design=6453&compare=4295&map=difference")
         wide = driver.execute_script(
             "const width = document.documentElement.clientWidth;"
             "return [...document.querySelectorAll('main *')].filter((e) => e.offsetParent &&"
@@ -321,11 +322,10 @@ def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, served, siz
         sized(driver, *DESKTOP)
 
 
-def test_the_picture_for_the_readme_can_be_taken(driver, served):
+def test_the_picture_for_the_readme_can_be_taken(driver, page):
     """With SOFTVOX_PICTURES=docs it is kept as docs/explore.png."""
-    pytest.importorskip("softvox_search.single", reason="needs softvox-gym[search]")
     sized(driver, 1280, 900)
-    opened(driver, served, "design=6453&searcher=hill_climber&seed=1&budget=100")
+    opened(driver, page, "design=6453&searcher=hill_climber&seed=1&budget=100")
     until(lambda: shown(driver, "path-text"))
     mouse(driver, 4295).perform()
     driver.execute_script(
@@ -338,9 +338,99 @@ def test_the_picture_for_the_readme_can_be_taken(driver, served):
     sized(driver, *DESKTOP)
 
 
-def test_without_webgl_there_is_a_message_and_the_still_picture(served):
+def called(driver, call):
+    """Return what a promise of a Float64Array of the page becomes, or its error's text."""
+    driver.set_script_timeout(PATIENCE)
+    told = driver.execute_async_script(
+        f"""const done = arguments[0];
+        const text = (made) => {{
+          let text = "";
+          for (const byte of new Uint8Array(made.buffer)) text += String.fromCharCode(byte);
+          done({{ bits: btoa(text) }});
+        }};
+        Promise.resolve().then(() => {call}).then(text).catch((error) => done(String(error)));"""
+    )
+    return told if isinstance(told, str) else np.frombuffer(base64.b64decode(told["bits"]))
+
+
+def test_the_page_computes_the_published_landscape_to_the_native_bits(driver, page):
+    opened(driver, page)
+    displacement = called(driver, "softvox.landscape({})").reshape(6561, 3)
+    assert digest(displacement) == GOLDEN
+
+
+def test_the_page_simulates_any_designs_to_the_native_bits(driver, page):
+    opened(driver, page)
+    designs = np.random.default_rng(6).integers(0, 6561, 70).tolist()
+    for changes in ({}, {"gravity": [1, 0, -8], "strain": 0.4, "duration": 1.1}):
+        made = Physics.of({"preset": "published", **changes})
+        told = called(driver, f"softvox.simulate({designs}, {json.dumps(changes)})")
+        assert told.tobytes() == simulate(designs, made).displacement.tobytes()
+    phase = np.random.default_rng(7).uniform(0, 1, (2, 8))
+    told = called(
+        driver, f"softvox.simulate([6453, 926], {{}}, {{phase: {phase.ravel().tolist()}}})"
+    )
+    stack = phase.reshape(2, 2, 2, 2).transpose(0, 3, 2, 1)
+    assert told.tobytes() == simulate([6453, 926], phase=stack).displacement.tobytes()
+    assert len(called(driver, "softvox.simulate([])")) == 0
+    assert "no design 6561" in called(driver, "softvox.simulate([6561])")
+    assert "mass is no parameter" in called(driver, "softvox.landscape({mass: 1})")
+    assert "no physics reversed" in called(driver, "softvox.simulate([1], 'reversed')")
+
+
+def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page):
+    opened(driver, page, "map=rank")
+    pixels = map_pixels(driver)
+    row, column = cell_of(np.arange(6561))
+    cell = len(pixels) // SIDE
+    colours = pixels[(SIDE - 1 - row) * cell + cell // 2, column * cell + cell // 2]
+    order = np.argsort(softvox_gym.landscape()["fitness"])
+    medians = [np.median(colours[part], axis=0) for part in np.array_split(order, 10)]
+    steps = np.linalg.norm(np.diff(medians, axis=0), axis=1)
+    assert steps.min() > 0.3 * steps.max()
+    assert (shown(driver, "low"), shown(driver, "high")) == ("last", "first")
+
+
+def test_what_is_said_well_does_not_look_like_an_error(driver, page):
+    opened(driver, page)
+    colour = "return getComputedStyle(document.getElementById('message')).color"
+    one(driver, "#share").click()
+    until(lambda: "link is" in shown(driver, "message"))
+    good = driver.execute_script(colour)
+    entered(driver, "#find-text", "6561")
+    until(lambda: "is neither" in shown(driver, "message"))
+    assert driver.execute_script(colour) != good
+
+
+def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, page):
+    opened(driver, page)
+    entered(driver, "#value-gravity", "-2")
+    until(lambda: re.match("[1-9]", shown(driver, "progress-text")))
+    entered(driver, "#find-text", "4295")
+    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    assert not shown(driver, "progress-row", "hidden")
+    dimmed = "return getComputedStyle(document.getElementById('facts')).opacity"
+    assert float(driver.execute_script(dimmed)) < 1
+    one(driver, "#reset").click()
+    until(lambda: shown(driver, "progress-row", "hidden"))
+    assert driver.execute_script(dimmed) == "1"
+    assert applied(driver) == {}
+    assert facts(driver)["published"] == facts(driver)["fitness"]
+    assert not (map_pixels(driver) == [226, 230, 235]).all(axis=2).any()
+
+
+def test_a_world_is_a_preset_of_the_physics(driver, page):
+    opened(driver, page, f"preset=slippery&{SHORT_STATE}&gravity=-8")
+    world = {"preset": "slippery", "gravity": "-8", **SHORT}
+    until(lambda: applied(driver) == world)
+    assert shown(driver, "value-friction_kinetic", "value") == "0.1"
+    physics = replace(reality("slippery").physics, gravity=-8.0, duration=0.4)
+    assert facts(driver)["fitness"] == [f"{simulate(6453, physics).fitness[0]:.4f}"]
+
+
+def test_without_webgl_there_is_a_message_and_the_still_picture(page):
     with chromium(*NO_WEBGL, width=1300, height=900) as plain:
-        opened(plain, served)
+        opened(plain, page)
         until(lambda: shown(plain, "player", "querySelector('img')?.naturalWidth > 200"))
         assert "WebGL" in shown(plain, "player")
         assert facts(plain)["fitness"] == ["4.6573"]

@@ -1,23 +1,23 @@
 """Paths of searchers that were recorded by softvox compare, over the map."""
 
+import base64
+import zlib
 from dataclasses import replace
+from urllib.parse import urlencode
 
 import numpy as np
 import pytest
 from chromium import errors, needs_chromium, until
 from cli_process import softvox
 
-pytest.importorskip("starlette", reason="the app needs softvox-gym[explore]")
-pytest.importorskip("uvicorn", reason="the app needs softvox-gym[explore]")
 pytest.importorskip("msgspec", reason="needs softvox-gym[search]")
 
 from explore_page import map_pixels, one, opened, shown
-from explore_serving import serving
 
 from softvox_gym import landscape
 from softvox_gym.cli.terminal import BadInputError
 from softvox_view.cli.options import read_results
-from softvox_view.explore.paths import runs_of
+from softvox_view.explore.paths import recorded
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="needs softvox-gym[search]")
 
@@ -46,53 +46,47 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def served(folder):
-    with serving(read_results([folder])) as running:
-        yield running
+def page(folder):
+    path = folder.parent / "landscape.html"
+    done = softvox("explore", "--results", str(folder), "--out", str(path))
+    assert done.returncode == 0, done.stderr
+    return path.as_uri()
 
 
-def asked(served, **changes):
-    query = {"results": "small results", "searcher": RANDOM, "seed": "1", "budget": "60"}
-    return served.events("path", **query | changes)[-1]
+def unpacked(text, dtype):
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype).tolist()
 
 
-def test_what_was_recorded_is_offered(served):
-    told = served.events("start")[-1]["answer"]["results"]
-    assert told == {"small results": [RANDOM, "hill_climber · noise 0.5 · none"]}
-
-
-@pytest.mark.parametrize("budget", [60, 7])
-def test_a_recorded_path_is_the_runs_evaluations_in_order(served, folder, budget):
-    told = asked(served, budget=str(budget))["answer"]
-    runs = read_results([folder])["small results"].runs
+def test_a_recorded_path_is_the_runs_evaluations_in_order(folder):
+    results = read_results([folder])["small results"]
+    told = recorded(results)
+    assert list(told) == [RANDOM, "hill_climber · noise 0.5 · none"]
+    assert list(told[RANDOM]) == ["0", "1"]
+    runs = results.runs
     (run,) = runs[(runs["searcher"] == "random") & (runs["seed"] == 1)].to_dict("records")
     mine = parquet.read_table(folder / run["file"]).to_pylist()
-    assert told["designs"] == [row["design"] for row in mine[:budget]]
-    assert told["fitness"] == [row["fitness"] for row in mine[:budget]]
-    assert told["total"] == len(mine) == 60
-    assert told["recommended"] == int(run["recommended"])
-    fitness = landscape()["fitness"]
-    assert told["rank"] == 1 + (fitness > fitness[told["recommended"]]).sum()
+    one = told[RANDOM]["1"]
+    assert unpacked(one["designs"], "<u2") == [row["design"] for row in mine]
+    assert unpacked(one["fitness"], "<f8") == [row["fitness"] for row in mine]
+    assert one["total"] == len(mine) == 60
+    assert one["recommended"] == int(run["recommended"])
 
 
+@needs_chromium
 @pytest.mark.parametrize(
-    ("changes", "parameter", "words"),
+    ("changes", "words"),
     [
-        ({"results": "other"}, "results", "results 'other' are not there; softvox explore"),
-        (
-            {"searcher": "random"},
-            "searcher",
-            f"searcher 'random' is not among {RANDOM}, hill",
-        ),
-        ({"seed": "2"}, "seed", "seed 2 was not recorded: "),
-        ({"seed": "-1"}, "seed", "seed must be a whole number from 0 to"),
-        ({"budget": "0"}, "budget", "must be a whole number from 1 to 2000"),
+        ({"results": "other"}, "results 'other' are not there; softvox explore"),
+        ({"searcher": "random"}, f"searcher 'random' is not among {RANDOM}, hill"),
+        ({"seed": "2"}, "seed 2 was not recorded: "),
+        ({"seed": "-1"}, "seed must be a whole number from 0 to"),
+        ({"budget": "0"}, "budget must be a whole number from 1 to 2000"),
     ],
 )
-def test_what_was_not_recorded_is_refused(served, changes, parameter, words):
-    told = asked(served, **changes)
-    assert told["parameter"] == parameter
-    assert words in told["error"]
+def test_what_was_not_recorded_is_refused(driver, page, changes, words):
+    query = {"results": "small results", "searcher": RANDOM, "seed": "1", "budget": "60"}
+    opened(driver, page, urlencode(query | changes))
+    assert words in until(lambda: shown(driver, "path-text"))
 
 
 def test_two_folders_of_one_name_are_refused(folder):
@@ -105,16 +99,23 @@ def test_failed_runs_and_those_on_other_lattices_have_no_path_on_the_map(folder)
     runs = results.runs.copy()
     runs.loc[runs.index[0], "status"] = "failed"
     runs.loc[runs.index[-1], "shape"] = "3x3x3"
-    shown = runs_of(replace(results, runs=runs))
+    shown = recorded(replace(results, runs=runs))
     assert sum(map(len, shown.values())) == len(runs) - 2 == 2
 
 
 def test_the_command_refuses_a_folder_that_is_none(tmp_path):
-    done = softvox("explore", "--no-browser", "--results", str(tmp_path / "none"))
+    done = softvox("explore", "--results", str(tmp_path / "none"))
     assert (done.returncode, done.stdout) == (2, "")
     assert f"{tmp_path / 'none'}" in done.stderr
     assert "softvox compare FILE.toml --out" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def recommended(folder, seed):
+    """Return what a run recommends and its rank, as the page tells it."""
+    design = recorded(read_results([folder])["small results"])[RANDOM][str(seed)]["recommended"]
+    fitness = landscape()["fitness"]
+    return f"{design}, rank {1 + (fitness > fitness[design]).sum()}"
 
 
 def chosen(driver, name, text):
@@ -124,8 +125,8 @@ def chosen(driver, name, text):
 
 
 @needs_chromium
-def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, served):
-    opened(driver, served)
+def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, page, folder):
+    opened(driver, page)
     bare = map_pixels(driver)
     chosen(driver, "results", "small results")
     assert shown(driver, "search") == "Show"
@@ -133,14 +134,13 @@ def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, 
     chosen(driver, "searcher", RANDOM)
     one(driver, "#search").click()
     said = until(lambda: shown(driver, "path-text"))
-    path = asked(served, seed="0")["answer"]
-    end = f"; it recommends {path['recommended']}, rank {path['rank']} of all"
+    end = f"; it recommends {recommended(folder, 0)} of all"
     assert said.startswith("60 of 60 evaluations, 60 designs; ◆ best ")
     assert said.endswith(end)
     seen = map_pixels(driver)
     assert (seen != bare).any()
     address = driver.current_url
-    opened(driver, served, address.partition("#")[2])
+    opened(driver, page, address.partition("#")[2])
     assert until(lambda: shown(driver, "path-text")) == said
     assert np.array_equal(map_pixels(driver), seen)
     one(driver, "#clear-path").click()
@@ -150,16 +150,10 @@ def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, 
 
 
 @needs_chromium
-def test_of_a_longer_run_the_first_evaluations_are_shown(driver, served):
-    opened(driver, served, f"results=small+results&searcher={RANDOM}&seed=1&budget=7")
+def test_of_a_longer_run_the_first_evaluations_are_shown(driver, page, folder):
+    opened(driver, page, f"results=small+results&searcher={RANDOM}&seed=1&budget=7")
     said = until(lambda: shown(driver, "path-text"))
-    path = asked(served)["answer"]
     assert said.startswith("7 of 7 evaluations, 7 designs; ◆ best ")
-    end = f"; it recommends {path['recommended']} after all 60, rank {path['rank']} of all"
+    design, rank = recommended(folder, 1).split(",")
+    end = f"; it recommends {design} after all 60,{rank} of all"
     assert said.endswith(end)
-
-
-@needs_chromium
-def test_results_that_are_not_there_are_named(driver, served):
-    opened(driver, served, "results=gone&searcher=random&seed=1&budget=7")
-    assert "results 'gone' are not there" in until(lambda: shown(driver, "path-text"))

@@ -77,11 +77,6 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
     every = int(frames.step[1]) * stride if len(frames.step) > 1 else 1
     physics = result.physics
     seconds = (count - 1) * every * time_step
-    looks = {
-        name.lower(): value
-        for name, value in vars(rendering).items()
-        if name.isupper() and isinstance(value, float | tuple)
-    }
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -91,10 +86,19 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
         "frequency_hz": frequency,
         "cycles": (seconds - physics.settle_time) * frequency,
         "physics": physics.to_dict(),
-        # Camera, light and colours of the still pictures.
-        "style": {**looks, "light": rendering.LIGHT.tolist(), "trail": TRAIL},
+        "style": looks(),
         "robots": [_robot(result, i, count, stride) for i in places],
     }
+
+
+def looks() -> dict[str, Any]:
+    """Return camera, light and colours of the still pictures, ready for JSON."""
+    constants = {
+        name.lower(): value
+        for name, value in vars(rendering).items()
+        if name.isupper() and isinstance(value, float | tuple)
+    }
+    return {**constants, "light": rendering.LIGHT.tolist(), "trail": TRAIL}
 
 
 def frames_of(result: Result) -> Frames:

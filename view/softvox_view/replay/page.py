@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from typing import Any
 
@@ -42,24 +43,35 @@ def page(
         Whether it begins to play at once, unless the reader asked for reduced motion.
     """
     name = title or "; ".join(robot["label"] for robot in recording["robots"])
-    parts = {
+    own = {
         "title": html.escape(name),
         "rows": "Row by row: " if len(recording["robots"]) > 1 else "",
-        "style": style(),
         "still": data_url(picture),
-        "recording": _in_script(recording),
-        "script": script(),
-        "options": _in_script({"autoplay": autoplay, "speed": speed}),
+        "recording": in_script(recording),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _asset("page.html"))
+    return filled(template(speed=speed, autoplay=autoplay), own)
+
+
+def template(**options: Any) -> str:
+    """Return the page without what is shown: title, rows, still and recording are left open."""
+    parts = {"style": style(), "script": script(), "options": in_script(options)}
+    return filled(_asset("page.html"), parts)
+
+
+def filled(text: str, parts: Mapping[str, str]) -> str:
+    """Return a text with each {{name}} that is among the parts replaced by that."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts.get(match[1], match[0]), text)
 
 
 def script() -> str:
     """Return the player as one ES module that exports `SoftvoxPlayer` and imports nothing."""
-    parts = [re.sub(r"^import .*\n", "", _asset(name), flags=re.MULTILINE) for name in MODULES]
-    # The last is the player; what the others export it finds beside it.
-    inner = [re.sub(r"^export ", "", part, flags=re.MULTILINE) for part in parts[:-1]]
-    return "\n".join([*inner, parts[-1]])
+    return joined(map(_asset, MODULES)) + "\nexport { SoftvoxPlayer };\n"
+
+
+def joined(modules: Iterable[str]) -> str:
+    """Return modules, each of which imports those before it, as one that exports nothing."""
+    whole = re.sub(r"^import .*\n", "", "\n".join(modules), flags=re.MULTILINE)
+    return re.sub(r"^export ", "", whole, flags=re.MULTILINE)
 
 
 def style() -> str:
@@ -67,7 +79,7 @@ def style() -> str:
     return _asset("player.css")
 
 
-def _in_script(value: Any) -> str:
+def in_script(value: Any) -> str:
     """Return JSON that may stand inside a script element of a page."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 

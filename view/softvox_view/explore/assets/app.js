@@ -1,36 +1,61 @@
 // The page. `seen` is what is seen, and is kept in the address; `wanted` is what was asked for last,
-// and is seen once the server has answered.
+// and is seen once it is computed.
 
-import { SoftvoxPlayer } from "/player/player.js";
 import { colouring, drawScale, pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
 import { landscapeMap } from "./map.js";
-import { address, ask, cancel, element, find, Refused, save, saveBlob } from "./page.js";
-import * as panels from "./panels.js";
-import { designOf, digitsOf, drawRobot, editor } from "./robot.js";
+import { element, find, latest, save, unpacked } from "./page.js";
+import { changesOf, csvOf, fillFacts, improvements, inShort, pathInShort, rankOf, wordsOf } from "./js";
+import { physicsWritten, Refused } from "./physics.js";
+import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
+import { search, SEARCHERS } from "./search.js";
+import { Simulator } from "./simulator.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
 const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_PATH };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
+const KEPT = 16; // landscapes
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[name]]));
 
-const atlas = await ask("start").catch((error) => {
-  find("message").textContent = error.message;
-  throw error;
+const given = JSON.parse(find("data").textContent);
+const { known, version, results } = given;
+const packedTables = Object.entries(given.tables).map(async ([name, text]) => {
+  const type = { cells: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;
+  return [name, [...new type(await unpacked(text))]];
 });
+const tables = Object.fromEntries(await Promise.all(packedTables));
+const atlas = { ...tables, side: Math.sqrt(tables.cells.length), ...valuesOf(tables.dx, tables.dy) };
+const simulator = new Simulator(known, await unpacked(given.engine));
+globalThis.softvox = {
+  simulate: (designs, physics, options) => simulator.simulate(designs, physics, options),
+  landscape: (physics, options) => simulator.landscape(physics, options),
+};
+
+/** What the map shows of displacements, by design: null where one diverged, undefined not yet. */
+function valuesOf(dx, dy) {
+  const fitness = dx.map((x, i) => Math.sqrt(x * x + dy[i] * dy[i]));
+  return Object.fromEntries(
+    Object.entries({ dx, dy, fitness }).map(([name, row]) => [name, row.map((v) => (v === v ? v : null))]),
+  );
+}
+
 let seen = { ...DEFAULTS, parameters: {} };
 let wanted = seen;
 let values = atlas; // the landscape now: {dx, dy, fitness}, by design
 let path = null; // of a searcher, with the fields that asked for it
 let player = null;
-const controls = new Controls(find("sliders"), atlas, (parameters) => want({ parameters }));
+let shown = null; // the recording that it plays
+let drafted = null; // values of a landscape under way
+let ending = new AbortController(); // of that
+const kept = new Map(); // landscapes by their parameters, so that going back costs nothing
+const controls = new Controls(find("sliders"), known, (parameters) => want({ parameters }));
 const showDrawing = editor(find("editor"), choose);
 const map = landscapeMap(find("map"), atlas, choose, (design) => {
   drawRobot(find("hover-robot"), digitsOf(design));
-  find("hover-text").textContent = panels.inShort(design, atlas, values);
+  find("hover-text").textContent = inShort(design, atlas, drafted ?? values);
 });
 
 // The address: only what differs from the defaults
@@ -63,7 +88,7 @@ function record(changes, isStep) {
 function show() {
   const asked = read();
   const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text) };
-  find("message").textContent = "";
+  say("");
   for (const [name, check] of Object.entries(checks)) {
     try {
       asked[name] = check(asked[name]);
@@ -85,10 +110,15 @@ function kindOf(text) {
   throw new Refused(`there is no map ${text}; the maps are ${KINDS.join(", ")}`);
 }
 
+function say(text, isGood = false) {
+  find("message").textContent = text;
+  find("message").classList.toggle("good", isGood);
+}
+
 /** Say what is wrong; return whether it was said beside a parameter. */
 function complain(error) {
   const isBeside = controls.complain(error.parameter, error.message);
-  if (!isBeside) find("message").textContent = error.message;
+  if (!isBeside) say(error.message);
   if (!(error instanceof Refused)) reportError(error);
   return isBeside;
 }
@@ -100,73 +130,116 @@ async function want(changes, isStep = true) {
   wanted = { ...wanted, ...changes };
   if (changes.parameters) await recompute(changes.parameters, isStep);
   const { design, compare } = wanted;
-  const query = queryOf(wanted);
   try {
-    const recording = await ask("recording", query);
+    const designs = [design, compare].filter(Boolean).map(Number);
+    const physics = physicsWritten(known, seen.parameters);
+    const recording = await latest("recording", simulator.recording(designs, physics));
     record({ design, compare }, isStep);
-    showRobots(recording, query);
+    showRobots(recording);
   } catch (error) {
     wanted = { ...seen, parameters: wanted.parameters };
     complain(error);
   }
 }
 
-/** What tells which robots there are, on the landscape that is seen. */
-function queryOf({ design, compare }) {
-  return { design, ...(compare && { compare }), ...seen.parameters };
-}
-
 async function recompute(parameters, isStep) {
-  cancel("landscape");
-  if (!same(parameters, seen.parameters)) {
-    showProgress(0, 6561);
+  ending.abort();
+  drafted = null;
+  if (same(parameters, seen.parameters)) {
+    paint();
+  } else {
     try {
-      const answer = await ask("landscape", parameters, showProgress);
+      const notes = [];
+      const made = await latest("landscape", compute(parameters, notes));
       record({ parameters }, isStep);
-      showLandscape(answer);
+      showLandscape(made, notes);
     } catch (error) {
       // What was typed stays where the mistake is its own.
       if (!complain(error)) controls.parameters = seen.parameters;
       wanted = { ...wanted, parameters: seen.parameters };
       record({}, false);
+      drafted = null;
+      paint();
     }
   }
   find("progress-row").hidden = true;
+  document.body.classList.remove("computing");
+}
+
+/** Compute a landscape, its cells filling in as they come. */
+async function compute(parameters, notes) {
+  const physics = physicsWritten(known, parameters, notes);
+  if (same(parameters, {})) return atlas;
+  const key = JSON.stringify(physics);
+  if (!kept.has(key)) {
+    ending = new AbortController();
+    const { signal } = ending;
+    const [dx, dy] = [[], []].map(() => new Array(atlas.cells.length).fill(undefined));
+    let done = 0;
+    let isDrawn = true;
+    const onBlock = (designs, moved) => {
+      designs.forEach((design, i) => ([dx[design], dy[design]] = moved.subarray(3 * i, 3 * i + 2)));
+      done += designs.length;
+      if (!isDrawn) return;
+      isDrawn = false;
+      requestAnimationFrame(() => {
+        isDrawn = true;
+        if (signal.aborted || done === dx.length) return;
+        showProgress(done, dx.length);
+        drafted = draftOf(dx, dy);
+        paint();
+      });
+    };
+    showProgress(0, dx.length);
+    await simulator.landscape(physics, { onBlock, signal });
+    if (kept.size >= KEPT) kept.delete(kept.keys().next().value);
+    kept.set(key, valuesOf(dx, dy));
+  }
+  return kept.get(key);
+}
+
+function draftOf(dx, dy) {
+  const made = valuesOf(dx.map((x) => x ?? 0), dy.map((y) => y ?? 0));
+  for (const row of Object.values(made)) dx.forEach((x, i) => x === undefined && (row[i] = undefined));
+  return made;
 }
 
 function showProgress(done, total) {
   find("progress-row").hidden = false;
+  document.body.classList.add("computing");
   find("progress").value = done / total;
   find("progress-text").textContent = `${done} of ${total} designs`;
 }
 
-function showLandscape({ values: made, warnings }) {
+function showLandscape(made, warnings) {
   values = made;
+  drafted = null;
   const isPublished = same(seen.parameters, {});
-  const { best, former, lines } = panels.changesOf(atlas.fitness, values.fitness);
-  const shown = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
-  find("changes").replaceChildren(...shown.map((text) => element("p", { text })));
+  const { best, former, lines } = changesOf(atlas.fitness, values.fitness);
+  const told = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
+  find("changes").replaceChildren(...told.map((text) => element("p", { text })));
   map.show({ best: isPublished ? null : { from: former, to: best } });
   paint();
 }
 
 function paint() {
-  const made = colouring(seen.map, atlas, values);
+  const made = colouring(seen.map, atlas, drafted ?? values);
   map.paint(made);
   drawScale(find("scale"), made.scale);
   for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
 }
 
-function showRobots(recording, query) {
+function showRobots(recording) {
   const { design, compare, parameters } = seen;
   const designs = [design, compare].filter(Boolean);
   map.show({ marks: { A: design, B: compare } });
   showEdited();
   find("end-compare").hidden = !compare;
-  panels.fillFacts(find("facts"), designs, atlas, values);
+  fillFacts(find("facts"), designs, atlas, values);
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
-  player.load(recording, address("still.png", query));
+  shown = recording;
+  player.load(recording, pictureOfRobots(designs));
   if (isFirst) player.autoplay();
   find("robot-panel").dataset.designs = designs.join(" ");
   document.body.dataset.parameters = JSON.stringify(parameters);
@@ -185,7 +258,7 @@ function showEdited() {
 }
 
 function choose(text) {
-  find("message").textContent = "";
+  say("");
   try {
     want({ [which()]: designOf(text) });
   } catch (error) {
@@ -200,21 +273,16 @@ function choose(text) {
  * there, and what can't be had leaves all as it was.
  */
 async function showPath(fields, isOfForm) {
-  const bar = find("path-progress");
   offer(fields.results);
   for (const name of PATH) find(name).value = fields[name];
-  cancel("path");
   try {
-    if (fields.searcher && !same(fields, path?.fields)) {
-      bar.removeAttribute("value");
-      bar.hidden = false;
-      find("path-text").textContent = "";
-      const found = await ask("path", fields, (done, total) => (bar.value = done / total));
-      path = { ...found, fields, best: panels.improvements(found) };
+    if (!fields.searcher) path = await latest("path", Promise.resolve(null));
+    else if (!same(fields, path?.fields)) {
+      const found = await latest("path", pathFor(fields));
+      const rank = rankOf(atlas.fitness, found.recommended);
+      path = { ...found, rank, fields, best: improvements(found) };
       find("upto").max = path.designs.length;
       find("upto").value = path.designs.length;
-    } else if (!fields.searcher) {
-      path = null;
     }
     drawPath();
     if (isOfForm) record(fields, true);
@@ -223,15 +291,40 @@ async function showPath(fields, isOfForm) {
     drawPath();
     find("path-text").textContent = error.message;
   }
-  bar.hidden = true;
 }
 
-/** Offer the searchers of some results, or those that can run live. */
-function offer(results) {
-  const names = (results ? atlas.results[results] : atlas.searchers) ?? [];
+/** Let a searcher search, or take what one did from what was recorded. */
+async function pathFor({ results: folder, searcher, ...numbers }) {
+  for (const [name, least, most] of [["seed", 0, 1e15], ["budget", 1, 2000]]) {
+    const number = (numbers[name] = Number(numbers[name] || NaN));
+    if (!Number.isInteger(number) || number < least || number > most) {
+      throw new Refused(`${name} must be a whole number from ${least} to ${most}, got ${number}`, name);
+    }
+  }
+  if (folder && !Object.hasOwn(results, folder)) {
+    throw new Refused(`results '${folder}' are not there; softvox explore --results DIR adds some`);
+  }
+  const there = folder ? results[folder] : SEARCHERS;
+  if (!Object.hasOwn(there, searcher)) {
+    throw new Refused(`searcher '${searcher}' is not among ${Object.keys(there).join(", ")}`);
+  }
+  if (!folder) return search(searcher, numbers, atlas.fitness);
+  const run = there[searcher][numbers.seed];
+  if (!run) throw new Refused(`seed ${numbers.seed} was not recorded: ${Object.keys(there[searcher]).length} were`);
+  const [designs, fitness] = await Promise.all([run.designs, run.fitness].map(unpacked));
+  return {
+    ...run,
+    designs: [...new Uint16Array(designs)].slice(0, numbers.budget),
+    fitness: [...new Float64Array(fitness)].slice(0, numbers.budget).map((v) => (v === v ? v : null)),
+  };
+}
+
+/** Offer the searchers of some results, or those that the page runs. */
+function offer(folder) {
+  const names = Object.keys((folder ? results[folder] : SEARCHERS) ?? {});
   find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
-  find("search").textContent = results ? "Show" : "Search";
-  find("path-source").textContent = results
+  find("search").textContent = folder ? "Show" : "Search";
+  find("path-source").textContent = folder
     ? "Recorded; the budget is how many evaluations are shown."
     : "A live run, on the published landscape.";
 }
@@ -240,7 +333,7 @@ function drawPath() {
   const upto = Number(find("upto").value);
   find("upto-row").hidden = !path;
   map.show({ path: path && { ...path, upto } });
-  find("path-text").textContent = path ? panels.pathInShort(path, upto, atlas) : "";
+  find("path-text").textContent = path ? pathInShort(path, upto, atlas) : "";
 }
 
 // What is done on the page
@@ -273,21 +366,30 @@ const actions = {
   },
   "clear-path click": () => showPath(NO_PATH, true),
   "upto input": drawPath,
-  "save-csv click": () => saveBlob(panels.csvOf(atlas, values), `${nameOf("landscape")}.csv`),
+  "save-csv click": () => save(csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = ["low", "unit", "high"].map((id) => find(id).textContent);
-    const physics = panels.wordsOf(seen.parameters);
-    saveBlob(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+    const physics = wordsOf(seen.parameters);
+    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
   },
-  "save-replay click"() {
+  async "save-replay click"() {
     const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
-    save(address("replay.html", queryOf(seen)), `${nameOf(name)}.html`);
+    const parts = {
+      title: shown.robots.map(({ label }) => label).join("; "),
+      rows: shown.robots.length > 1 ? "Row by row: " : "",
+      still: pictureOfRobots(shown.robots.map(({ design }) => design)),
+      recording: JSON.stringify(shown).replaceAll("<", "\\u003c"),
+    };
+    const template = new TextDecoder().decode(await unpacked(given.replay));
+    const text = template.replace(/\{\{(\w+)\}\}/g, (_, part) => parts[part]);
+    save(new Blob([text], { type: "text/html" }), `${nameOf(name)}.html`);
   },
   async "share click"() {
-    find("message").textContent = await navigator.clipboard.writeText(location.href).then(
+    const said = await navigator.clipboard.writeText(location.href).then(
       () => "The link is copied.",
       () => "The link is this page's address.",
     );
+    say(said, true);
   },
 };
 for (const [what, handler] of Object.entries(actions)) {
@@ -299,10 +401,10 @@ for (const [what, handler] of Object.entries(actions)) {
 }
 addEventListener("hashchange", show);
 
-const options = Object.keys(atlas.results).map((name) => new Option(name, name));
+const options = Object.keys(results).map((name) => new Option(name, name));
 find("results").append(new Option("a live run", ""), ...options);
 find("results-row").hidden = !options.length;
-find("version").textContent = `softvox-gym ${atlas.version}.`;
+find("version").textContent = `softvox-gym ${version}.`;
 // On a narrow screen the robot itself comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;
 show();

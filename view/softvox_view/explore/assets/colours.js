@@ -3,6 +3,7 @@
 const LIGHT = "#fff";
 const DARK = "#1a1f29";
 const SOME_TRAVEL = 0.25; // voxel widths: what travels less has no heading to speak of
+const UNKNOWN = [226, 230, 235]; // still being simulated
 const DIMMED = 0.86; // headings are darker than the white of those that have none
 
 /** The heading of a displacement, degrees from +x towards +y. */
@@ -21,16 +22,28 @@ export function colouring(kind, atlas, values) {
     fitness: () => amounts(values.fitness, "fitness, voxel widths"),
     heading: () => headings(values),
     difference: () => differences(values.fitness, atlas.fitness),
+    rank: () => ranks(values.fitness),
   }[kind]();
   if (values.fitness.includes(null)) made.unit += "; ×: diverged";
-  return made;
+  const { colour } = made;
+  return { ...made, colour: (i) => (values.fitness[i] === undefined ? UNKNOWN : colour(i)) };
 }
 
 function amounts(shown, unit) {
-  const high = Math.max(1e-9, ...shown);
+  const high = Math.max(1e-9, ...shown.filter(Boolean));
   const scale = (share) => sample(cividis, share);
   const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
   return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
+}
+
+/** By rank alone, so that a few that are far ahead leave the others their colours. */
+function ranks(fitness) {
+  const known = [...fitness.keys()].filter((i) => (fitness[i] ?? null) !== null);
+  known.sort((a, b) => fitness[a] - fitness[b]);
+  const shares = fitness.map(() => null);
+  known.forEach((design, place) => (shares[design] = place));
+  const unit = "rank by fitness, each colour as many designs";
+  return { ...amounts(shares, unit), low: "last", high: "first" };
 }
 
 function headings({ dx, dy, fitness }) {
@@ -46,7 +59,7 @@ function headings({ dx, dy, fitness }) {
 }
 
 function differences(now, before) {
-  const most = Math.max(...now.map((value, i) => (value === null ? 0 : Math.abs(value - before[i]))));
+  const most = Math.max(...now.map((value, i) => Math.abs((value ?? before[i]) - before[i])));
   const scale = (share) => sample(puOr, share);
   const share = (i) => 0.5 + (now[i] - before[i]) / (2 * (most || 1));
   const colour = (i) => (now[i] === null ? null : scale(share(i)));

@@ -2,28 +2,40 @@
 
 import { element } from "./page.js";
 
+const PUBLISHED = "published";
+
 /** The form of all parameters; calls onChange(parameters) when one was let go. */
 export class Controls {
   #rows = {};
   #form;
   #onChange;
+  #presets;
+  #others = {}; // parameters without a row
 
-  constructor(form, { sliders, actuations }, onChange) {
+  constructor(form, { specs, tilts, actuations, presets }, onChange) {
     this.#form = form;
     this.#onChange = onChange;
+    this.#presets = presets;
     form.addEventListener("submit", (event) => event.preventDefault());
-    for (const { name, label, unit, standard, ...limits } of sliders) {
-      const range = element("input", { type: "range", ...limits, "aria-label": label });
+    const choice = (names) =>
+      element("select", {}, ...names.map((name) => new Option(name.replaceAll("_", " "), name)));
+    this.#add("preset", "World", choice(Object.keys(presets)), PUBLISHED);
+    for (const { name, label, unit, slider } of [...specs, ...tilts].filter((spec) => spec.slider)) {
+      const [min, max, step] = slider;
+      const range = element("input", { type: "range", min, max, step, "aria-label": label });
       const field = element("input", { type: "text", inputmode: "decimal", autocomplete: "off" });
-      this.#add(name, unit ? `${label}, ${unit}` : label, field, standard, range);
+      this.#add(name, unit ? `${label}, ${unit}` : label, field, "0", range);
     }
-    const modes = actuations.map((mode) => new Option(mode.replaceAll("_", " "), mode));
-    this.#add("actuation", "Actuation", element("select", {}, ...modes), actuations[0]);
+    this.#add("actuation", "Actuation", choice(actuations), actuations[0]);
   }
 
-  /** Show parameters, texts by name; what is missing is as published, and what is unknown left out. */
+  /** Show parameters, texts by name; what is missing is as published. */
   set parameters(values) {
+    this.#others = Object.fromEntries(Object.entries(values).filter(([name]) => !this.#rows[name]));
+    const world = this.#presets[values.preset] ?? this.#presets[PUBLISHED];
     for (const [name, row] of Object.entries(this.#rows)) {
+      const standard = world[name] ?? row.standard;
+      row.standard = typeof standard === "number" ? String(Number(standard.toPrecision(5))) : standard;
       this.#fill(row, values[name] ?? row.standard);
       if (row.range) row.range.value = row.field.value;
     }
@@ -48,7 +60,9 @@ export class Controls {
     const box = element("div", { class: "parameter" }, label, range ?? "", field, error);
     const row = { box, field, range, error, standard };
     field.addEventListener("change", () => {
-      this.#fill(row, field.value.trim() || standard);
+      // A world takes the place of all that was changed.
+      if (name === "preset") this.parameters = { preset: field.value };
+      this.#fill(row, field.value.trim() || row.standard);
       if (range) range.value = field.value;
       this.#changed();
     });
@@ -56,8 +70,8 @@ export class Controls {
       range.id = `slider-${name}`;
       // The published value need not be a whole number of steps: the slider's nearest stands for it.
       range.addEventListener("input", () => {
-        const isNearest = Math.abs(range.value - standard) < range.step / 2;
-        this.#fill(row, isNearest ? standard : range.value);
+        const isNearest = Math.abs(range.value - row.standard) < range.step / 2;
+        this.#fill(row, isNearest ? row.standard : range.value);
       });
       range.addEventListener("change", () => this.#changed());
     }
@@ -65,11 +79,12 @@ export class Controls {
     this.#form.append(box);
   }
 
-  /** Tell what differs from the published physics. */
+  /** Tell what differs from the published physics, or from the world chosen. */
   #changed() {
     this.complain();
     const changed = Object.entries(this.#rows).filter(([, { field, standard }]) => field.value !== standard);
-    this.#onChange(Object.fromEntries(changed.map(([name, { field }]) => [name, field.value])));
+    const texts = Object.fromEntries(changed.map(([name, { field }]) => [name, field.value]));
+    this.#onChange({ ...this.#others, ...texts });
   }
 
   #fill({ box, field, standard }, text) {

@@ -136,7 +136,8 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
 
   function drawMark([letter, design]) {
     if (!design) return;
-    const [x, y] = centre(design);
+    // Whole also where the cell is at the edge.
+    const [x, y] = centre(design).map((at) => Math.min(Math.max(at, 11), width - 11));
     outlined(() => pen.arc(x, y, 8, 0, 2 * Math.PI));
     write(letter, x < width - 36 ? x + 20 : x - 20, Math.min(Math.max(y, 10), width - 10), 18);
   }

@@ -1,4 +1,4 @@
-// The page's elements, and what it asks the server.
+// The page's elements, what it came with, and what is saved of it.
 
 export const find = (id) => document.getElementById(id);
 
@@ -13,57 +13,30 @@ export function element(tag, { text, ...attributes } = {}, ...children) {
   return made;
 }
 
-/** What can't be had; `parameter` names what was wrong, where it was one. */
-export class Refused extends Error {
-  constructor(message, parameter) {
-    super(message);
-    this.parameter = parameter;
-  }
+/** The bytes that Python packed into a text. */
+export async function unpacked(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(plain).arrayBuffer();
 }
 
-const UNREACHABLE =
-  "The server doesn't answer or broke off; start softvox explore again, then reload the page.";
+const newest = {};
 
-const sources = {};
-
-/** The address of an answer. */
-export function address(name, query) {
-  return `/api/${name}?${new URLSearchParams(query)}`;
-}
-
-/**
- * Ask the server; calls progress(done, total) meanwhile. Of one name only the newest matters: what
- * was asked before is cancelled, and never settles.
- */
-export function ask(name, query, progress) {
-  cancel(name);
-  const source = new EventSource(address(name, query));
-  sources[name] = source;
+/** What a promise becomes, unless another of the same name is given before that: then nothing. */
+export function latest(name, promise) {
+  newest[name] = promise;
+  const isWanted = () => newest[name] === promise;
   return new Promise((resolve, reject) => {
-    source.onerror = () => {
-      source.close();
-      reject(new Refused(UNREACHABLE));
-    };
-    source.onmessage = ({ data }) => {
-      const event = JSON.parse(data);
-      if (event.progress) return progress(...event.progress);
-      source.close();
-      return event.answer ? resolve(event.answer) : reject(new Refused(event.error, event.parameter));
-    };
+    promise.then(
+      (value) => isWanted() && resolve(value),
+      (error) => isWanted() && reject(error),
+    );
   });
 }
 
-export function cancel(name) {
-  sources[name]?.close();
-}
-
-/** Let the browser save what is at an address. */
-export function save(href, name) {
-  element("a", { href, download: name }).click();
-}
-
-export function saveBlob(blob, name) {
+/** Let the browser save a blob. */
+export function save(blob, name) {
   const href = URL.createObjectURL(blob);
-  save(href, name);
+  element("a", { href, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(href), 10_000);
 }

@@ -8,14 +8,15 @@ const TOP = 100; // of the fittest, compared
 
 /** A number with its sign, or a word where the design diverged. */
 function number(value, decimals = 2, plus = "") {
-  if (value === null || value === undefined) return "diverged";
+  if (value === undefined) return "not known yet";
+  if (value === null) return "diverged";
   const text = Math.abs(value).toFixed(decimals);
   const sign = value < 0 ? "−" : plus;
   return Number(text) === 0 ? text : sign + text;
 }
 
 /** The rank of a design, from 1: one more than there are better ones. */
-function rankOf(fitness, design) {
+export function rankOf(fitness, design) {
   if (fitness[design] === null) return "none";
   return 1 + fitness.filter((value) => value !== null && value > fitness[design]).length;
 }
@@ -27,8 +28,8 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
     `${design} · ${digitsOf(design)}`,
     `fitness ${number(fitness[design])}`,
     ...travels,
-    `under noise ${number(atlas.noise[design])}`,
     `published ${number(atlas.fitness[design])}`,
+    `that under noise ${number(atlas.noise[design])}`,
   ].join(", ");
 }
 
@@ -37,12 +38,12 @@ export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
   const rows = [
     ["design", (i) => i],
     ["digits", digitsOf],
-    ["voxels, active", (i) => `${atlas.n_voxels[i]}, ${atlas.n_active[i]}`],
+    ["voxels, active", (i) => ["0", "2"].map((d, k) => [...digitsOf(i)].filter((e) => (e === d) === !!k).length).join(", ")],
     ["in one piece", (i) => (atlas.is_connected[i] ? "yes" : "no")],
     ["fitness", (i) => fitness[i], 4],
     ["published", (i) => atlas.fitness[i], 4],
     ["step error, voxel widths", (i) => atlas.step_error[i], 4],
-    ["mean under noise", (i) => atlas.noise[i], 2],
+    ["published, under noise", (i) => atlas.noise[i], 2],
     ["rank of 6561", (i) => rankOf(fitness, i)],
     ["dx", (i) => dx[i], 2],
     ["dy", (i) => dy[i], 2],

@@ -1,10 +1,10 @@
 // Designs and small drawings of them, and the diagram in which one is drawn by clicking its voxels.
 
-import { element, Refused } from "./page.js";
+import { element } from "./page.js";
+import { digitsOfAll, Refused, SITES } from "./physics.js";
 
 const NAMES = ["absent", "passive", "active"];
 const FILLS = [null, [77, 214, 237], [242, 69, 56]]; // of softvox_gym.rendering
-const SITES = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1, (i >> 1) & 1, i >> 2]); // [x, y, z]
 const FARTHEST_FIRST = [2, 3, 6, 0, 7, 1, 4, 5];
 
 // The three faces that are seen, as corners of the unit cube, their middle, and how bright they are.
@@ -16,7 +16,7 @@ const FACES = [
 
 /** The digits d_0 d_1 ... of a design, as a text. */
 export function digitsOf(design) {
-  return SITES.map((_, i) => Math.floor(design / 3 ** i) % 3).join("");
+  return digitsOfAll([Number(design)]).join("");
 }
 
 /** The number, as a text, of the design that a number or digits stand for. */
@@ -35,21 +35,34 @@ function project([x, y, z]) {
 
 /** Fill an SVG (viewBox -1.7 -1.9 3.4 3.3) with a robot. */
 export function drawRobot(svg, digits) {
-  const parts = FARTHEST_FIRST.filter((i) => digits[i] !== "0").flatMap((i) => cube(i, digits[i]));
+  const parts = FARTHEST_FIRST.filter((i) => digits[i] !== "0").flatMap((i) => cubeOf(i, digits[i]));
   const empty = { x: 0, y: 0, "font-size": 0.5, "text-anchor": "middle", text: "empty" };
   svg.replaceChildren(...(parts.length ? parts : [element("svg:text", empty)]));
 }
 
-function cube(i, digit) {
+function cubeOf(i, digit) {
   const placed = (corner) => project(corner.map((c, axis) => c + SITES[i][axis]));
   return FACES.flatMap(([corners, middle, light]) => {
     const fill = `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`;
-    const shape = { points: corners.map(placed).join(" "), fill, class: "face" };
+    const shape = { points: corners.map(placed).join(" "), fill, class: "face", stroke: "#1a1f29", "stroke-width": 0.04 };
     const [cx, cy] = placed(middle);
     // The dot tells active voxels from passive ones without colour.
     const dot = digit === "2" ? [element("svg:circle", { cx, cy, r: 0.1 })] : [];
     return [element("svg:polygon", shape), ...dot];
   });
+}
+
+/** The address of a picture of designs as they are built, beside each other. */
+export function pictureOfRobots(designs) {
+  const parts = designs.map((design, i) => {
+    const own = element("svg:svg", { x: 3.4 * i, width: 3.4, height: 3.3, viewBox: "-1.7 -1.9 3.4 3.3" });
+    drawRobot(own, digitsOf(design));
+    return own;
+  });
+  const [width, height] = [3.4 * parts.length, 3.3];
+  const size = { width: 100 * width, height: 100 * height, viewBox: `0 0 ${width} ${height}` };
+  const text = new XMLSerializer().serializeToString(element("svg:svg", size, ...parts));
+  return `data:image/svg+xml,${encodeURIComponent(text)}`;
 }
 
 /**

@@ -1,0 +1,91 @@
+// Recordings for the player, as softvox_view.replay.data makes them; that says what is in them.
+
+import { digitsOfAll, displacementsOf, SITES, timeStep } from "./physics.js";
+
+const STEPS = 2 ** 15 - 1; // the count that stands for 1
+const HALF_WAY = 1.5 * 2 ** 52; // added and taken away, it rounds to a whole number, ties to even
+
+/** Return the recording of designs that `simulateOn` made with so many steps between frames. */
+export function recordingOf({ facts, frames, count }, physics, designs, every, style) {
+  const step = timeStep(physics);
+  const moved = displacementsOf(facts, physics, designs);
+  const seconds = (count - 1) * every * step;
+  const poses = frames.length / designs.length;
+  return {
+    format: "softvox-replay",
+    version: 2,
+    frames: count,
+    seconds_per_frame: every * step,
+    settle_time: physics.settle_time,
+    frequency_hz: physics.frequency_hz,
+    cycles: (seconds - physics.settle_time) * physics.frequency_hz,
+    physics,
+    style,
+    robots: designs.map((design, i) =>
+      robotOf(design, frames.subarray(i * poses, (i + 1) * poses), moved.subarray(3 * i), count, physics, style),
+    ),
+  };
+}
+
+function robotOf(design, poses, [dx, dy], count, physics, style) {
+  const digits = [...digitsOfAll([design])];
+  const voxels = SITES.map((_, i) => i).filter((i) => digits[i]);
+  const pose = (frame, voxel) => poses.subarray(8 * (8 * frame + voxel), 8 * (8 * frame + voxel) + 8);
+  const isThere = (frame) => voxels.every((v) => [0, 1, 2, 7].every((k) => Number.isFinite(pose(frame, v)[k])));
+  let ends = 0;
+  while (ends < count && isThere(ends)) ends++;
+  const built = [voxels.map((v) => [...SITES[v].map((k) => k + 0.5), 1, 0, 0, 0, 1])];
+  const width = physics.edge;
+  const moving = Array.from({ length: ends }, (_, frame) =>
+    voxels.map((v) => Array.from(pose(frame, v), (value, k) => (k < 3 || k === 7 ? value / width : value))),
+  );
+  const movement = ends ? moving : built;
+  const centres = movement.map((rows) => [0, 1, 2].map((axis) => meanOf(rows.map((row) => row[axis]))));
+  const fromCentre = movement.map((rows, f) => rows.map((row) => [0, 1, 2].map((k) => row[k] - centres[f][k])));
+  const edges = movement.map((rows) => rows.map((row) => row[7]));
+  const scale = Math.max(1, ...[fromCentre, edges].map((values) => largest(values.flat(2))));
+  const last = movement.length - 1;
+  const kept = Array.from({ length: count }, (_, frame) => Math.min(frame, last));
+  const counts = (rows, by) =>
+    base64(Int16Array.from(kept.flatMap((f) => rows[f].flat()), (v) => (v / by) * STEPS + HALF_WAY - HALF_WAY));
+  const name = `${design} · ${digits.join("")}`;
+  const fitness = Number.isNaN(dx) ? null : Math.sqrt(dx * dx + dy * dy);
+  const cycles = (physics.duration - physics.settle_time) * physics.frequency_hz;
+  const words = fitness === null ? "diverged" : fitness.toFixed(2);
+  return {
+    label: `${name} · ${words}${fitness === null ? "" : ` in ${Number(cycles.toPrecision(4))} cycles`}`,
+    short_label: `${design} · ${words}`,
+    design,
+    digits: digits.join(""),
+    fitness,
+    last,
+    distance: distanceOf(fromCentre[0], edges[0], style),
+    active: voxels.map((v) => Number(digits[v] === 2)),
+    scale,
+    centre: base64(Float32Array.from(kept.flatMap((f) => centres[f]))),
+    position: counts(fromCentre, scale),
+    quaternion: counts(movement.map((rows) => rows.map((row) => row.slice(3, 7))), 1),
+    edge: counts(edges, scale),
+  };
+}
+
+function meanOf(values) {
+  return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : 0;
+}
+
+function largest(values) {
+  return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+}
+
+/** From where the camera sees the whole robot: softvox_gym.rendering.fitting_distance. */
+function distanceOf(places, edges, { fill, smallest_radius }) {
+  const reach = places.map(([x, y, z], i) => Math.sqrt(x * x + y * y + z * z) + Math.sqrt(0.75) * edges[i]);
+  return fill * Math.max(smallest_radius, ...reach);
+}
+
+function base64(array) {
+  const bytes = new Uint8Array(array.buffer);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 0x8000) text += String.fromCharCode(...bytes.subarray(k, k + 0x8000));
+  return btoa(text);
+}
