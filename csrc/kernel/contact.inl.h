@@ -15,6 +15,7 @@ static void sv_list_pairs(sv_block *b, int lane)
     const uint32_t bit = 1u << lane;
     const sv_pair *old = c->pair, *old_end = old + c->count;
     sv_pair *next = c->spare;
+    c->surface.gathered = NULL;
     for (; c->listed < c->surface.count; c->listed++) {
         const int32_t partners = sv_find_partners(b, lane, c->listed);
         if (partners > c->room - (next - c->spare))

@@ -43,7 +43,6 @@ static uint32_t sv_set_bits(int32_t points, uint8_t bits[3])
 static void sv_sort_into_cells(sv_surface *s)
 {
     s->cells = sv_set_bits(s->count, s->bits);
-    s->gathered = NULL;
     for (uint32_t c = 0; c <= s->cells; c++)
         s->first[c] = 0;
     for (int32_t p = 0; p < s->count; p++) {
