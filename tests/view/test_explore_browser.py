@@ -5,6 +5,7 @@ import csv
 import json
 import re
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -34,6 +35,8 @@ import softvox_gym
 from softvox_gym import Design, Physics, reality, simulate
 from softvox_gym.manifest import digest
 from softvox_gym.verify import GOLDEN
+from softvox_view.explore.page import page as whole_page
+from softvox_view.explore.paths import packed
 from softvox_view.tessellation import SIDE, cell_of
 
 image = pytest.importorskip("PIL.Image")
@@ -426,6 +429,16 @@ def test_a_world_is_a_preset_of_the_physics(driver, page):
     assert shown(driver, "value-friction_kinetic", "value") == "0.1"
     physics = replace(reality("slippery").physics, gravity=-8.0, duration=0.4)
     assert facts(driver)["fitness"] == [f"{simulate(6453, physics).fitness[0]:.4f}"]
+
+
+def test_an_engine_that_does_not_start_is_told(driver, tmp_path):
+    data = packed(files("softvox_view.explore").joinpath("assets/engine.wasm").read_bytes())
+    whole = whole_page()
+    assert data in whole
+    broken = tmp_path / "broken.html"
+    broken.write_text(whole.replace(data, packed(b"none")), "utf-8")
+    chromium_opened(driver, broken)
+    until(lambda: "WebAssembly" in shown(driver, "message"))
 
 
 def test_without_webgl_there_is_a_message_and_the_still_picture(page):

@@ -22,6 +22,7 @@ const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[nam
 
 const given = JSON.parse(find("data").textContent);
 const { known, version, results } = given;
+if (!globalThis.DecompressionStream) say("This page needs a newer browser, of 2023 or later.");
 const packedTables = Object.entries(given.tables).map(async ([name, text]) => {
   const type = { cells: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;
   return [name, [...new type(await unpacked(text))]];

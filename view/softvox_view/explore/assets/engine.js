@@ -49,14 +49,14 @@ export class Pool {
   constructor(bytes, count = navigator.hardwareConcurrency || 2) {
     const source = `${simulateOn}
 const ready = new Promise((resolve) => {
-  onmessage = async ({ data }) => {
+  onmessage = ({ data }) => {
     onmessage = answer;
-    resolve((await WebAssembly.instantiate(data)).instance.exports);
+    resolve(WebAssembly.instantiate(data));
   };
 });
 async function answer({ data }) {
   try {
-    const made = simulateOn(await ready, data);
+    const made = simulateOn((await ready).instance.exports, data);
     postMessage({ made }, [made.facts.buffer, made.track.buffer, made.frames.buffer]);
   } catch (error) {
     postMessage({ error: error.message });
