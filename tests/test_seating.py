@@ -37,7 +37,7 @@ def test_a_body_across_the_lanes_gives_the_bits_of_the_landscape(landscape, isa)
     assert output.start.tobytes() == landscape.start[sample].tobytes()
 
 
-@pytest.mark.parametrize("seed", (0, 300))
+@pytest.mark.parametrize("seed", [0, 300])
 def test_random_batches_give_the_same_bits_however_they_are_seated(seed):
     done = subprocess.run(
         [sys.executable, FUZZ, "--count", "100", "--seed", str(seed)],
