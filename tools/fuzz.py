@@ -52,6 +52,7 @@ def random_batch(rng: np.random.Generator) -> engine.Batch:
         damping_ground=rng.uniform(0, 1.5),
         strain=rng.uniform(0, 3) if wild else rng.uniform(0, 0.5),
         settle_time=0.0,
+        frequency_hz=1e-6,  # until the step is known
         time_step_fraction=rng.uniform(0.3, 0.9),
     )
     step = np.asarray(physics.time_step)
