@@ -70,28 +70,26 @@ static int sv_compare_numbers(double a, double b)
     return (a > b) - (a < b);
 }
 
-/* Orders designs by body plan, and those that have to keep step by their steps and cycles before. */
-static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
+/* Orders designs that have to keep step by what that takes; 0 where they can. */
+static int sv_compare_paces(const sv_entry *a, const sv_entry *b)
 {
-    if (a->pace) {
-        const sv_parameters *p = a->pace, *q = b->pace;
-        int order = sv_compare_numbers(p->time_step, q->time_step);
-        order = order ? order : sv_compare_numbers(p->frequency_hz, q->frequency_hz);
-        order = order ? order : sv_compare_numbers(p->duration, q->duration);
-        order = order ? order : (a->taken > b->taken) - (a->taken < b->taken);
-        if (order)
-            return order;
-    }
-    for (int32_t s = 0; s < a->sites; s++)
-        if (!a->digits[s] != !b->digits[s])
-            return a->digits[s] ? 1 : -1;
-    return 0;
+    const sv_parameters *p = a->pace, *q = b->pace;
+    if (!p)
+        return 0;
+    int order = sv_compare_numbers(p->time_step, q->time_step);
+    order = order ? order : sv_compare_numbers(p->frequency_hz, q->frequency_hz);
+    order = order ? order : sv_compare_numbers(p->duration, q->duration);
+    return order ? order : sv_compare_numbers(a->taken, b->taken);
 }
 
-static bool sv_keeps_step(const sv_entry *a, const sv_entry *b)
+/* Orders designs by pace, then by body plan. */
+static int sv_compare_plans(const sv_entry *a, const sv_entry *b)
 {
-    return !a->pace || (a->pace->time_step == b->pace->time_step && a->pace->frequency_hz == b->pace->frequency_hz &&
-                        a->pace->duration == b->pace->duration && a->taken == b->taken);
+    const int order = sv_compare_paces(a, b);
+    for (int32_t s = 0; s < a->sites && !order; s++)
+        if (!a->digits[s] != !b->digits[s])
+            return a->digits[s] ? 1 : -1;
+    return order;
 }
 
 static int sv_by_plan(const void *left, const void *right)
@@ -214,7 +212,7 @@ static int32_t sv_best_partner(const sv_planner *p, int32_t after, int32_t room,
             continue;
         tried++;
         if (candidate->count > room ||
-            !sv_keeps_step(&p->entries[p->groups[after].first - 1], &p->entries[candidate->first]))
+            sv_compare_paces(&p->entries[p->groups[after].first - 1], &p->entries[candidate->first]) != 0)
             continue;
         memcpy(p->trial, p->joined, (size_t)p->sites);
         sv_unite(p->trial, p->entries[candidate->first].digits, p->sites);

@@ -64,25 +64,14 @@ static void sv_load_strain(sv_block *b, int32_t row, sv_wide cycle)
     }
 }
 
-/* The sine that drives a row of voxels. */
-SV_INLINE sv_wide sv_sine_of(const sv_block *b, int32_t row)
+/* The sine, or the cycle, of the pumps that drive a row of voxels. */
+SV_INLINE sv_wide sv_driven(const sv_block *b, int32_t row, bool cycle)
 {
-    if (!b->uses)
-        return b->pumps[b->pump_count > 1 ? row : 0].sine;
-    sv_wide sine = b->pumps[0].sine;
-    for (int32_t p = 1; p < b->pump_count; p++)
-        sine = sv_select(b->uses[row * b->pump_count + p], b->pumps[p].sine, sine);
-    return sine;
-}
-
-SV_INLINE sv_wide sv_cycle_of(const sv_block *b, int32_t row)
-{
-    if (!b->uses)
-        return b->pumps[b->pump_count > 1 ? row : 0].cycle;
-    sv_wide cycle = b->pumps[0].cycle;
-    for (int32_t p = 1; p < b->pump_count; p++)
-        cycle = sv_select(b->uses[row * b->pump_count + p], b->pumps[p].cycle, cycle);
-    return cycle;
+    const sv_pump *first = &b->pumps[!b->uses && b->pump_count > 1 ? row : 0];
+    sv_wide value = cycle ? first->cycle : first->sine;
+    for (int32_t p = 1; b->uses && p < b->pump_count; p++)
+        value = sv_select(b->uses[row * b->pump_count + p], cycle ? b->pumps[p].cycle : b->pumps[p].sine, value);
+    return value;
 }
 
 static void sv_pump_step(sv_block *b)
@@ -100,5 +89,5 @@ static void sv_pump_step(sv_block *b)
         p->cycle = cycle;
     }
     for (int32_t row = 0; next && row < b->rows; row++)
-        sv_load_strain(b, row, sv_cycle_of(b, row));
+        sv_load_strain(b, row, sv_driven(b, row, true));
 }

@@ -448,7 +448,7 @@ static void sv_kernel_actuate(void *memory)
         p->cycle = sv_floor(b->frequency * b->time + p->phase) - p->first_turn;
     }
     for (int32_t row = 0; row < b->rows; row++)
-        sv_load_strain(b, row, sv_cycle_of(b, row));
+        sv_load_strain(b, row, sv_driven(b, row, true));
     sv_allow_energy(b);
 }
 

@@ -93,5 +93,5 @@ SV_INLINE void sv_voxel_step(sv_block *b, int32_t row, sv_vec3 force, sv_vec3 mo
     pose->place = sv_add3(pose->place, sv_scale3(k->dt, x->velocity));
     x->spin = sv_scale3(k->spin_keep, sv_add3(x->spin, sv_scale3(k->dt_over_inertia, moment)));
     pose->turn = sv_turn(pose->turn, x->spin, k->half_dt);
-    pose->edge = sv_pumped_edge(pose->edge, x->strain, sv_sine_of(b, row), b->batch);
+    pose->edge = sv_pumped_edge(pose->edge, x->strain, sv_driven(b, row, false), b->batch);
 }
