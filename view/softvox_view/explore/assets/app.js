@@ -5,7 +5,7 @@ import { colouring, drawScale, pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
 import { landscapeMap } from "./map.js";
 import { element, find, latest, save, unpacked } from "./page.js";
-import { changesOf, csvOf, fillFacts, improvements, inShort, pathInShort, rankOf, wordsOf } from "./js";
+import { changesOf, csvOf, fillFacts, improvements, inShort, pathInShort, rankOf, wordsOf } from "./panels.js";
 import { physicsWritten, Refused } from "./physics.js";
 import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
 import { search, SEARCHERS } from "./search.js";
