@@ -33,6 +33,11 @@ def test_the_landscape_has_its_golden_digest(landscape):
     assert digest(landscape.displacement) == verify.GOLDEN
 
 
+def test_the_process_goes_on_to_compute_with_subnormal_numbers():
+    # What a compiler's start-up code ends where -ffast-math reaches the linker.
+    assert float("1e-310") * float("0.5") > 0
+
+
 @pytest.mark.parametrize("isa", ISAS)
 def test_every_instruction_set_gives_the_same_landscape(landscape, isa):
     designs = ALL if isa == ISAS[-1] else ALL[1::3]
