@@ -10,6 +10,7 @@ export const NO_SCALE = { by: "value", lock: "", outline: "" };
 
 const GROUPS = { fitness: "fitness", noise: "fitness", difference: "difference" }; // maps of one scale
 const RANKED = ["fitness", "noise"]; // a difference by rank would hide where there is none
+const EXPLAINED = "Bars: how many designs, on a log scale.";
 const BINS = 64;
 const SECTORS = 36;
 const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
@@ -23,7 +24,7 @@ export const scaleChecks = Object.fromEntries(
 );
 
 export class Legend {
-  #lasting = {}; // by group: the top of the scale before, and what was said of it
+  #before = {}; // by group: where the scale ended, and what was said of it
   #now = null;
 
   /** Changes of the address are told to onChange(changes). */
@@ -55,8 +56,7 @@ export class Legend {
     for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
     find("scale-note").textContent = this.#note(made, group, isLocked, isDraft);
     const isCyclic = map === "heading";
-    find("bar-key").hidden = isCyclic;
-    find("ring").toggleAttribute("hidden", !isCyclic);
+    find("legend").classList.toggle("cyclic", isCyclic);
     drawScale(find("scale"), made.scale);
     if (isCyclic) drawRing(find("ring"), made.scale, countsOf(made, SECTORS));
     else find("histogram").firstElementChild.setAttribute("d", histogram(countsOf(made, BINS)));
@@ -64,16 +64,18 @@ export class Legend {
   }
 
   #note({ shown, range }, group, isLocked, isDraft) {
+    if (!group) return "Arrows: where each square travels on average. In the ring: how many head there.";
     if (isLocked) {
-      const above = shown.filter((value) => Math.abs(value) > range[1]).length;
-      return `The scale is locked${above ? `; ${above} designs are beyond it` : ""}.`;
+      const beyond = shown.filter((value) => Math.abs(value) > range[1]).length;
+      return `The scale is locked${beyond ? `; ${beyond} designs are beyond it` : ""}.`;
     }
-    const before = this.#lasting[group];
-    if (!group || isDraft || before?.top === range[1]) return before?.words ?? "";
-    const isTold = before?.top && range[1];
-    const words = isTold ? `Rescaled: it ended at ${before.top.toFixed(2)} before.` : "";
-    this.#lasting[group] = { top: range[1], words };
-    return words;
+    const before = this.#before[group];
+    if (!isDraft && before?.top !== range[1]) {
+      const isTold = before?.top && range[1];
+      const words = isTold ? `Rescaled: it ended at ${before.top.toFixed(2)} before.` : EXPLAINED;
+      this.#before[group] = { top: range[1], words };
+    }
+    return this.#before[group]?.words ?? EXPLAINED;
   }
 }
 
@@ -88,15 +90,10 @@ function countsOf({ shown, range: [low, high] }, bins) {
   return counts;
 }
 
-/** Heights from 0 to 1: logarithms, so that one design among thousands is seen. */
-function heightsOf(counts) {
-  const most = Math.log1p(Math.max(...counts, 1));
-  return counts.map((count) => Math.log1p(count) / most);
-}
-
-/** A path, as wide as there are counts and 1 high. */
+/** A path, as wide as there are counts and 1 high; by logarithms, so that one among thousands is seen. */
 function histogram(counts) {
-  return `M0 1${heightsOf(counts).map((high, i) => `V${1 - high}H${i + 1}`).join("")}V1Z`;
+  const most = Math.log1p(Math.max(...counts, 1));
+  return `M0 1${counts.map((count, i) => `V${1 - Math.log1p(count) / most}H${i + 1}`).join("")}V1Z`;
 }
 
 /** Draw the key of headings: a ring of their colours, and in it how many go each way. */
@@ -111,7 +108,8 @@ function drawRing(svg, scale, counts) {
     const fill = `rgb(${scale((k + 0.5) / SECTORS).map(Math.round).join(" ")})`;
     return sector(k, 0.72, 1, { fill, stroke: fill, "stroke-width": 0.02 });
   });
-  const rose = heightsOf(counts).map((high, k) => sector(k, 0, 0.64 * high, { fill: "currentColor" }));
+  const most = Math.max(...counts, 1);
+  const rose = counts.map((count, k) => sector(k, 0, (0.64 * count) / most, { fill: "currentColor" }));
   const words = [["0° +x", 1.1, 0.08, "start"], ["90° +y", 0, -1.12, "middle"], ["180°", -1.1, 0.08, "end"], ["−90°", 0, 1.34, "middle"]];
   const labels = words.map(([text, x, y, anchor]) => element("svg:text", { text, x, y, "text-anchor": anchor }));
   svg.replaceChildren(...ring, ...rose, ...labels);

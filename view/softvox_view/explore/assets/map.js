@@ -10,6 +10,7 @@ const KEY_ZOOMS = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, 0: 0 };
 const ROBOT_CELL = 34; // px: robots are drawn in cells that are as wide,
 const MOST_ROBOTS = 14; // and this many across at most
 const ARROW_ROOM = 24; // px that an arrow needs
+const TOP_COLOUR = "#ff2d6f";
 const PICTURE = 648; // px: of the map to download
 // The nested squares: cells along a side, how thick their lines are, and how opaque.
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
@@ -111,16 +112,24 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
   /** Draw arrows for squares of so many cells that there is room for one in each. */
   function drawArrows() {
     const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM);
+    // Beside a robot, not on it.
+    const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9];
+    const own = painted.arrows(block).filter(({ place }) => sheet.has(place.map((k) => k - 0.5)));
     sheet.outlined(() => {
-      for (const { place, angle, share } of painted.arrows(block)) {
-        sheet.arrow(sheet.at(place), angle, Math.max(0.9 * share * block * sheet.cell, 4));
+      for (const { place, angle, share } of own) {
+        const long = Math.max(part * share * block * sheet.cell, 5);
+        sheet.arrow(sheet.at(place.map((k) => k - off)), angle, long);
       }
     }, "#fff", 1.5);
   }
 
+  function hasRobots() {
+    return sheet.cell >= ROBOT_CELL && seen.span <= MOST_ROBOTS;
+  }
+
   /** Draw robots where there is room; returns how many. */
   function drawRobots() {
-    if (sheet.cell < ROBOT_CELL || seen.span > MOST_ROBOTS) return 0;
+    if (!hasRobots()) return 0;
     const own = cells.filter((design) => sheet.has(placeOf[design]));
     for (const design of own) {
       const [x, y] = centre(design);
@@ -132,7 +141,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
 
   function drawPath({ designs, best, colour }, k) {
     const reach = Math.min(Math.max(sheet.cell / 2, 2.6), 6);
-    const off = sheet.cell < ROBOT_CELL ? 0 : 0.36; // cells: robots are not to be hidden
+    const off = hasRobots() ? 0.36 : 0; // cells: robots are not to be hidden
     const at = (design) => sheet.at(middleOf(design).map((place) => place - off));
     const most = Math.max(...shown.paths.map((path) => path.designs.length));
     designs.slice(0, shown.upto).forEach((design, i) => {
@@ -171,14 +180,14 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
 
   function layers() {
     drawCells();
-    sheet.outlined((pen) => {
+    sheet.lines(TOP_COLOUR, Math.min(Math.max(1.5, sheet.cell / 12), 3), (pen) => {
       for (const [from, to] of painted.edges) {
         pen.moveTo(...sheet.at(from));
         pen.lineTo(...sheet.at(to));
       }
-    }, "#ff5d8f", 1.2);
-    drawArrows();
+    });
     const robots = drawRobots();
+    drawArrows();
     shown.paths.forEach(drawPath);
     if (shown.best) drawBest(shown.best);
     Object.entries(shown.marks).forEach(drawMark);

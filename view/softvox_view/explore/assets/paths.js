@@ -171,7 +171,7 @@ export class Paths {
     const button = element("button", { type: "button", text: "×", "aria-label": `remove ${name}` });
     button.addEventListener("click", () => this.#remove(k));
     const shape = element("svg:svg", icon, markerOf(k, { fill: colour }));
-    return element("li", { class: "bar" }, shape, element("span", { text: name }), element("output"), button);
+    return element("li", {}, shape, element("span", { text: name }), button, element("output"));
   }
 
   #draw() {

@@ -45,7 +45,7 @@ export function drawRobot(svg, digits) {
 }
 
 const STAMP = [-0.05, -1.35, 1.46, 1.62]; // of a voxel about its lowest corner: left, top, width, height
-const stamps = {}; // by digit: a voxel as it was painted last, {canvas, width}
+const stamps = {}; // by digit: a voxel as it was painted last, {image, width}
 
 /** Paint a robot about [x, y] of a canvas, a voxel so many pixels wide. */
 export function paintRobot(pen, digits, [x, y], width) {
@@ -53,10 +53,10 @@ export function paintRobot(pen, digits, [x, y], width) {
   pen.imageSmoothingEnabled = true;
   for (const i of FARTHEST_FIRST.filter((i) => digits[i] !== "0")) {
     // Each voxel is the same picture elsewhere, many times as fast as its polygons.
-    if (stamps[digits[i]]?.width !== sharp) stamps[digits[i]] = { canvas: stampOf(digits[i], sharp), width: sharp };
+    if (stamps[digits[i]]?.width !== sharp) stamps[digits[i]] = { image: stampOf(digits[i], sharp), width: sharp };
     const [u, v] = project(SITES[i]);
     const [left, top, across, down] = STAMP.map((length) => width * length);
-    pen.drawImage(stamps[digits[i]].canvas, x + width * u + left, y + width * v + top, across, down);
+    pen.drawImage(stamps[digits[i]].image, x + width * u + left, y + width * v + top, across, down);
   }
 }
 
@@ -80,7 +80,7 @@ function stampOf(digit, width) {
     pen.fillStyle = "#000";
     pen.fill();
   }
-  return canvas;
+  return canvas.transferToImageBitmap();
 }
 
 /** The faces that are seen, the farthest first: [{corners, fill, dot: its place or null}]. */
