@@ -35,7 +35,8 @@ MODULES = [
     f"{name}.js"
     for name in (
         *("physics", "engine", "recording", "simulator", "search"),
-        *("page", "colours", "robot", "panels", "map", "controls", "app"),
+        *("page", "colours", "robot", "panels", "zoom", "sheet", "map", "legend", "curve", "paths"),
+        *("controls", "app"),
     )
 ]
 

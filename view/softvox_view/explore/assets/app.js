@@ -1,19 +1,20 @@
 // The page. `seen` is what is seen, and is kept in the address; `wanted` is what was asked for last,
 // and is seen once it is computed.
 
-import { colouring, drawScale, pictureOf } from "./colours.js";
+import { pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
+import { Legend, NO_SCALE, scaleChecks } from "./legend.js";
 import { landscapeMap } from "./map.js";
-import { element, find, latest, save, unpacked } from "./page.js";
-import { changesOf, csvOf, fillFacts, improvements, inShort, pathInShort, rankOf, wordsOf } from "./panels.js";
+import { element, find, latest, save, sayTouch, unpacked } from "./page.js";
+import { changesOf, csvOf, fillFacts, inShort, wordsOf } from "./panels.js";
+import { NO_PATH, Paths } from "./paths.js";
 import { physicsWritten, Refused } from "./physics.js";
 import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
-import { search, SEARCHERS } from "./search.js";
 import { Simulator } from "./simulator.js";
+import { zoomButtons } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
-const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
-const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_PATH };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...NO_PATH };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const KEPT = 16; // landscapes
 
@@ -46,7 +47,6 @@ function valuesOf(dx, dy) {
 let seen = { ...DEFAULTS, parameters: {} };
 let wanted = seen;
 let values = atlas; // the landscape now: {dx, dy, fitness}, by design
-let path = null; // of a searcher, with the fields that asked for it
 let player = null;
 let shown = null; // the recording that it plays
 let drafted = null; // values of a landscape under way
@@ -58,6 +58,12 @@ const map = landscapeMap(find("map"), atlas, choose, (design) => {
   drawRobot(find("hover-robot"), digitsOf(design));
   find("hover-text").textContent = inShort(design, atlas, drafted ?? values);
 });
+zoomButtons(find("zoom"), map.zoom);
+const legend = new Legend((changes) => {
+  record(changes, true);
+  paint();
+});
+const paths = new Paths(results, atlas.fitness, map.show, (fields) => record(fields, true));
 
 // The address: only what differs from the defaults
 
@@ -67,6 +73,7 @@ function read() {
   for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
     (Object.hasOwn(DEFAULTS, name) ? state : state.parameters)[name] = value;
   }
+  if (state.map === "rank") Object.assign(state, { map: "fitness", by: "rank" }); // of older addresses
   return state;
 }
 
@@ -88,7 +95,7 @@ function record(changes, isStep) {
 /** Show what the address tells, all of it; what can't be stays as it was. */
 function show() {
   const asked = read();
-  const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text) };
+  const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text), ...scaleChecks };
   say("");
   for (const [name, check] of Object.entries(checks)) {
     try {
@@ -98,11 +105,12 @@ function show() {
       asked[name] = seen[name];
     }
   }
-  seen = { ...seen, map: asked.map, ...pathOf(asked) };
+  const scale = Object.fromEntries(Object.keys(NO_SCALE).map((name) => [name, asked[name]]));
+  seen = { ...seen, map: asked.map, ...scale, ...pathOf(asked) };
   find("kind").value = seen.map;
   controls.parameters = asked.parameters;
   paint();
-  showPath(pathOf(asked), false);
+  paths.show(pathOf(asked), false);
   want({ design: asked.design, compare: asked.compare, parameters: asked.parameters }, false);
 }
 
@@ -224,10 +232,7 @@ function showLandscape(made, warnings) {
 }
 
 function paint() {
-  const made = colouring(seen.map, atlas, drafted ?? values);
-  map.paint(made);
-  drawScale(find("scale"), made.scale);
-  for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
+  map.paint(legend.show(seen, atlas, drafted ?? values, Boolean(drafted)));
 }
 
 function showRobots(recording) {
@@ -267,76 +272,6 @@ function choose(text) {
   }
 }
 
-// A searcher's path
-
-/**
- * Show the path that fields tell. Where the form asked for it, the address takes it on once it is
- * there, and what can't be had leaves all as it was.
- */
-async function showPath(fields, isOfForm) {
-  offer(fields.results);
-  for (const name of PATH) find(name).value = fields[name];
-  try {
-    if (!fields.searcher) path = await latest("path", Promise.resolve(null));
-    else if (!same(fields, path?.fields)) {
-      const found = await latest("path", pathFor(fields));
-      const rank = rankOf(atlas.fitness, found.recommended);
-      path = { ...found, rank, fields, best: improvements(found) };
-      find("upto").max = path.designs.length;
-      find("upto").value = path.designs.length;
-    }
-    drawPath();
-    if (isOfForm) record(fields, true);
-  } catch (error) {
-    if (!isOfForm) path = null;
-    drawPath();
-    find("path-text").textContent = error.message;
-  }
-}
-
-/** Let a searcher search, or take what one did from what was recorded. */
-async function pathFor({ results: folder, searcher, ...numbers }) {
-  for (const [name, least, most] of [["seed", 0, 1e15], ["budget", 1, 2000]]) {
-    const number = (numbers[name] = Number(numbers[name] || NaN));
-    if (!Number.isInteger(number) || number < least || number > most) {
-      throw new Refused(`${name} must be a whole number from ${least} to ${most}, got ${number}`, name);
-    }
-  }
-  if (folder && !Object.hasOwn(results, folder)) {
-    throw new Refused(`results '${folder}' are not there; softvox explore --results DIR adds some`);
-  }
-  const there = folder ? results[folder] : SEARCHERS;
-  if (!Object.hasOwn(there, searcher)) {
-    throw new Refused(`searcher '${searcher}' is not among ${Object.keys(there).join(", ")}`);
-  }
-  if (!folder) return search(searcher, numbers, atlas.fitness);
-  const run = there[searcher][numbers.seed];
-  if (!run) throw new Refused(`seed ${numbers.seed} was not recorded: ${Object.keys(there[searcher]).length} were`);
-  const [designs, fitness] = await Promise.all([run.designs, run.fitness].map(unpacked));
-  return {
-    ...run,
-    designs: [...new Uint16Array(designs)].slice(0, numbers.budget),
-    fitness: [...new Float64Array(fitness)].slice(0, numbers.budget).map((v) => (v === v ? v : null)),
-  };
-}
-
-/** Offer the searchers of some results, or those that the page runs. */
-function offer(folder) {
-  const names = Object.keys((folder ? results[folder] : SEARCHERS) ?? {});
-  find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
-  find("search").textContent = folder ? "Show" : "Search";
-  find("path-source").textContent = folder
-    ? "Recorded; the budget is how many evaluations are shown."
-    : "A live run, on the published landscape.";
-}
-
-function drawPath() {
-  const upto = Number(find("upto").value);
-  find("upto-row").hidden = !path;
-  map.show({ path: path && { ...path, upto } });
-  find("path-text").textContent = path ? pathInShort(path, upto, atlas) : "";
-}
-
 // What is done on the page
 
 /** A file's name that tells what differs from the published physics. */
@@ -360,18 +295,11 @@ const actions = {
     controls.parameters = {};
     want({ parameters: {} });
   },
-  "path submit": () => showPath(pathOf(Object.fromEntries(new FormData(find("path")))), true),
-  "results change"({ target: { value } }) {
-    offer(value);
-    find("seed").value = value ? "0" : NO_PATH.seed;
-  },
-  "clear-path click": () => showPath(NO_PATH, true),
-  "upto input": drawPath,
   "save-csv click": () => save(csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
-    const words = ["low", "unit", "high"].map((id) => find(id).textContent);
-    const physics = wordsOf(seen.parameters);
-    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+    const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
+    const picture = await pictureOf(map.picture(), find("scale"), words, wordsOf(seen.parameters));
+    save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
     const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
@@ -402,9 +330,7 @@ for (const [what, handler] of Object.entries(actions)) {
 }
 addEventListener("hashchange", show);
 
-const options = Object.keys(results).map((name) => new Option(name, name));
-find("results").append(new Option("a live run", ""), ...options);
-find("results-row").hidden = !options.length;
+sayTouch();
 find("version").textContent = `softvox-gym ${version}.`;
 // On a narrow screen the robot itself comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;

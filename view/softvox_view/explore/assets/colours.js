@@ -13,60 +13,75 @@ export function heading(dx, dy) {
 
 /**
  * Return how to colour a map: {colour(design) -> [r, g, b] or null where it diverged,
- * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit}.
+ * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit, shown: values by
+ * design, range: [low, high] of the scale}. Colours go by "value" or "rank"; a top that is given is
+ * where the scale ends.
  */
-export function colouring(kind, atlas, values) {
+export function colouring(kind, atlas, values, { by = "value", top } = {}) {
   const noise = "mean fitness under noise of level 1, published physics";
-  if (kind === "noise") return amounts(atlas.noise, noise);
+  if (kind === "noise") return amounts(atlas.noise, noise, by, top);
   const made = {
-    fitness: () => amounts(values.fitness, "fitness, voxel widths"),
+    fitness: () => amounts(values.fitness, "fitness, voxel widths", by, top),
     heading: () => headings(values),
-    difference: () => differences(values.fitness, atlas.fitness),
-    rank: () => ranks(values.fitness),
+    difference: () => differences(values.fitness, atlas.fitness, top),
   }[kind]();
   if (values.fitness.includes(null)) made.unit += "; ×: diverged";
   const { colour } = made;
   return { ...made, colour: (i) => (values.fitness[i] === undefined ? UNKNOWN : colour(i)) };
 }
 
-function amounts(shown, unit) {
-  const high = Math.max(1e-9, ...shown.filter(Boolean));
-  const scale = (share) => sample(cividis, share);
-  const colour = (i) => (shown[i] === null ? null : scale(shown[i] / high));
-  return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit };
+function amounts(shown, unit, by, top) {
+  const high = top ?? Math.max(1e-9, ...shown.filter(Boolean));
+  const isRanked = by === "rank";
+  const share = isRanked ? quantileOf(shown) : (value) => value / high;
+  const colourOf = (value) => sample(cividis, share(value));
+  const colour = (i) => (shown[i] === null ? null : colourOf(shown[i]));
+  const scale = (at) => colourOf(at * high);
+  const words = isRanked ? `${unit}; each colour as many designs` : unit;
+  return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit: words, shown, range: [0, high] };
 }
 
-/** By rank alone, so that a few that are far ahead leave the others their colours. */
-function ranks(fitness) {
-  const known = [...fitness.keys()].filter((i) => (fitness[i] ?? null) !== null);
-  known.sort((a, b) => fitness[a] - fitness[b]);
-  const shares = fitness.map(() => null);
-  known.forEach((design, place) => (shares[design] = place));
-  const unit = "rank by fitness, each colour as many designs";
-  return { ...amounts(shares, unit), low: "last", high: "first" };
+/** Return the share of those known that are below a value: the others keep their colours from outliers. */
+function quantileOf(shown) {
+  const sorted = Float64Array.from(shown.filter((value) => (value ?? null) !== null)).sort();
+  return (value) => {
+    let [low, high] = [0, sorted.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (sorted[middle] < value) low = middle + 1;
+      else high = middle;
+    }
+    return low / Math.max(1, sorted.length - 1);
+  };
 }
 
 function headings({ dx, dy, fitness }) {
   // As in the figure of headings: dark towards −x, light towards +x.
   const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
+  const angles = fitness.map((value, i) => (value >= SOME_TRAVEL ? heading(dx[i], dy[i]) : null));
   const colour = (i) => {
     if (fitness[i] === null) return null;
-    if (fitness[i] < SOME_TRAVEL) return [255, 255, 255];
-    return scale((heading(dx[i], dy[i]) + 180) / 360);
+    return angles[i] === null ? [255, 255, 255] : scale((angles[i] + 180) / 360);
   };
   const unit = "heading, 0° is +x; white: hardly travels";
-  return { colour, scale, grid: DARK, low: "−180°", high: "180°", unit };
+  const explained = { low: "−180°", high: "180°", unit, shown: angles, range: [-180, 180] };
+  return { colour, scale, grid: DARK, arrows: { dx, dy }, ...explained };
 }
 
-function differences(now, before) {
-  const most = Math.max(...now.map((value, i) => Math.abs((value ?? before[i]) - before[i])));
+function differences(now, before, top) {
+  const shown = now.map((value, i) => (value === null ? null : value - before[i]));
+  const most = top ?? Math.max(...shown.map((value) => Math.abs(value || 0)));
   const scale = (share) => sample(puOr, share);
-  const share = (i) => 0.5 + (now[i] - before[i]) / (2 * (most || 1));
-  const colour = (i) => (now[i] === null ? null : scale(share(i)));
+  const colour = (i) => (now[i] === null ? null : scale(0.5 + shown[i] / (2 * (most || 1))));
   const [low, high, unit] = most
     ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now less published, voxel widths"]
     : ["", "", "no difference: the physics is as published"];
-  return { colour, scale, grid: DARK, low, high, unit };
+  return { colour, scale, grid: DARK, low, high, unit, shown, range: [-most, most] };
+}
+
+/** The colour of an evaluation of a path, early ones light: a share from 0 to 1. */
+export function evaluationColour(share) {
+  return `rgb(${sample(rdPu, share).map(Math.round).join(" ")})`;
 }
 
 /** Draw a scale into its canvas. */
@@ -78,8 +93,8 @@ export function drawScale(canvas, scale) {
   }
 }
 
-/** The map's canvas as a PNG: under it its scale with three words, and a line about the physics. */
-export function pictureOf(map, scale, words, physics) {
+/** A picture of the map as a PNG: under it its scale, {low, unit, high}, and a line about the physics. */
+export function pictureOf(map, scale, { low, unit, high }, physics) {
   const margin = 16;
   const [bar, line] = [14, 20];
   const below = map.height + 2 * margin;
@@ -96,15 +111,16 @@ export function pictureOf(map, scale, words, physics) {
   pen.drawImage(scale, margin, below, map.width, bar);
   pen.fillStyle = DARK;
   pen.font = "15px system-ui, sans-serif";
-  write(words[0], margin, below + bar + line - 2, "left");
-  write(words[1], width / 2, below + bar + line - 2, "center");
-  write(words[2], width - margin, below + bar + line - 2, "right");
+  write(low, margin, below + bar + line - 2, "left");
+  write(unit, width / 2, below + bar + line - 2, "center");
+  write(high, width - margin, below + bar + line - 2, "right");
   write(physics, width / 2, below + bar + 2 * line, "center");
   return all.convertToBlob();
 }
 
 // Colour maps as evenly spaced anchors: cividis (Nunez et al., 2018) is perceptually uniform and made
-// for the colour-blind, twilight is cyclic, PuOr (ColorBrewer, Apache 2.0) has neither red nor green.
+// for the colour-blind, twilight is cyclic, PuOr (ColorBrewer, Apache 2.0) has neither red nor green,
+// and RdPu (as well) is on none of the maps.
 
 const cividis = anchors(`
   00224e 00285b 002e6a 053371 1a386f 273e6e 32436d 3b496c 434e6c 4b546c 535a6d 5a5f6e
@@ -120,6 +136,8 @@ const puOr = anchors(`
   2d004b 390c5e 451871 522584 5f3a91 6d529c 7b6aa8 8a7eb3 9990bf a9a1cb b7b1d5 c3c0dd
   cfcfe5 dadcec e4e5f0 eeeef3 f7f7f6 f9efe1 fce8cd fee1b9 fed59f fdc885 fdbc6b f7ac52
   ee9b39 e58a20 d97b12 cb6e0d bd6109 ae5506 9e4c07 8d4307 7f3b08`);
+
+const rdPu = anchors("fff7f3 fde0dd fcc5c0 fa9fb5 f768a1 dd3497 ae017e 7a0177 49006a");
 
 function anchors(text) {
   const channels = (hex) => [0, 2, 4].map((i) => parseInt(hex.slice(i, i + 2), 16));

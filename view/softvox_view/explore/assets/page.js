@@ -2,6 +2,12 @@
 
 export const find = (id) => document.getElementById(id);
 
+/** Where there is no mouse, say what a finger does: elements have their words for it in data-touch. */
+export function sayTouch() {
+  if (!matchMedia("(pointer: coarse)").matches) return;
+  for (const one of document.querySelectorAll("[data-touch]")) one.textContent = one.dataset.touch;
+}
+
 /** A new element: its attributes ("text" is what it says) and children. */
 export function element(tag, { text, ...attributes } = {}, ...children) {
   const made = tag.startsWith("svg:")

@@ -4,7 +4,7 @@ import { heading } from "./colours.js";
 import { element } from "./page.js";
 import { digitsOf } from "./robot.js";
 
-const TOP = 100; // of the fittest, compared
+export const TOP = 100; // of the fittest, compared
 
 /** A number with its sign, or a word where the design diverged. */
 function number(value, decimals = 2, plus = "") {
@@ -69,7 +69,7 @@ export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
 }
 
 /** All designs, the fittest first; of equals the lower number, and what diverged last. */
-function ranking(fitness) {
+export function ranking(fitness) {
   return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 

@@ -1,0 +1,61 @@
+// How the best so far rises along searchers' paths.
+
+import { evaluationColour } from "./colours.js";
+import { element } from "./page.js";
+import { MARKERS } from "./sheet.js";
+
+const [WIDTH, HEIGHT] = [360, 176];
+const [LEFT, RIGHT, UP, DOWN] = [46, 350, 12, 132]; // the axes' ends
+
+/** Draw the curves of paths; returns what moves their cursor to an evaluation. */
+export function drawCurves(svg, paths, fitness) {
+  const most = Math.max(...paths.map(({ designs }) => designs.length));
+  const optimum = Math.max(...fitness);
+  const x = (count) => LEFT + ((RIGHT - LEFT) * (count - 1)) / Math.max(1, most - 1);
+  const y = (value) => DOWN - ((DOWN - UP) * value) / (1.05 * optimum);
+  const line = (x1, y1, x2, y2, more) => element("svg:line", { x1, y1, x2, y2, stroke: "currentColor", ...more });
+  const write = (text, x, y, anchor, more) => element("svg:text", { text, x, y, "text-anchor": anchor, ...more });
+  const curves = paths.map(({ best, designs, colour }) => {
+    const steps = best.map(({ design, at }, i) => `${i ? "H" : "M"}${x(at + 1)}${i ? "V" : " "}${y(fitness[design])}`);
+    const attributes = { d: `${steps.join("")}H${x(designs.length)}`, fill: "none", stroke: colour, "stroke-width": 2 };
+    return element("svg:path", attributes);
+  });
+  // The key of the dots' colours is the axis itself.
+  const key = Array.from({ length: 50 }, (_, k) => {
+    const width = (RIGHT - LEFT) / 50;
+    const place = { x: LEFT + k * width, y: DOWN + 4, width: width + 0.5, height: 7 };
+    return element("svg:rect", { ...place, fill: evaluationColour(k / 49) });
+  });
+  const cursor = line(0, UP, 0, DOWN + 12, { "stroke-width": 1.5 });
+  const ends = paths.map(({ colour }, k) => markerOf(k, { fill: colour }));
+  svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
+  svg.replaceChildren(
+    line(LEFT, DOWN, RIGHT, DOWN), line(LEFT, UP, LEFT, DOWN),
+    line(LEFT, y(optimum), RIGHT, y(optimum), { "stroke-dasharray": "5 4" }),
+    write(`optimum ${optimum.toFixed(2)}`, RIGHT, y(optimum) + 14, "end"),
+    write("0", LEFT - 5, DOWN + 4, "end"), write(optimum.toFixed(1), LEFT - 5, y(optimum) + 4, "end"),
+    write("1", LEFT, DOWN + 25, "middle"), write(most, RIGHT, DOWN + 25, "end"),
+    write("evaluation, and the colour of its dot", (LEFT + RIGHT) / 2, HEIGHT - 3, "middle"),
+    write("best so far", 0, 0, "middle", { transform: `translate(14 ${(UP + DOWN) / 2}) rotate(-90)` }),
+    write("voxel widths", 0, 0, "middle", { transform: `translate(28 ${(UP + DOWN) / 2}) rotate(-90)` }),
+    ...key, ...curves, cursor, ...ends,
+  );
+  return (upto) => {
+    for (const end of ["x1", "x2"]) cursor.setAttribute(end, x(Math.max(upto, 1)));
+    paths.forEach((path, k) => {
+      const best = bestUpto(path, upto);
+      const place = best ? [x(Math.min(upto, path.designs.length)), y(fitness[best.design])] : [-9, -9];
+      ends[k].setAttribute("transform", `translate(${place.join(" ")}) scale(4)`);
+    });
+  };
+}
+
+/** The best of a path after so many evaluations, {design, at}, or nothing. */
+export function bestUpto({ best }, upto) {
+  return best.filter(({ at }) => at < upto).at(-1);
+}
+
+/** The shape that tells a path from others, 1 in size. */
+export function markerOf(k, attributes) {
+  return element("svg:polygon", { points: MARKERS[k].join(" "), stroke: "#000", "stroke-width": 0.25, ...attributes });
+}

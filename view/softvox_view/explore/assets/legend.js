@@ -1,0 +1,116 @@
+// What explains the map's colours, and the choice of them: by value or rank, a scale that is locked.
+
+import { colouring, drawScale } from "./colours.js";
+import { element, find } from "./page.js";
+import { ranking, TOP } from "./panels.js";
+import { Refused } from "./physics.js";
+
+/** In the address: colours by value or rank, "group:top" of a locked scale, how many are outlined. */
+export const NO_SCALE = { by: "value", lock: "", outline: "" };
+
+const GROUPS = { fitness: "fitness", noise: "fitness", difference: "difference" }; // maps of one scale
+const RANKED = ["fitness", "noise"]; // a difference by rank would hide where there is none
+const EXPLAINED = "Bars: how many designs, on a log scale.";
+const BINS = 64;
+const SECTORS = 36;
+const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
+
+/** What checks a part of the address: it returns the text, or says that it can't be. */
+export const scaleChecks = Object.fromEntries(
+  Object.entries(ALLOWED).map(([name, allowed]) => [name, (text) => {
+    if (allowed.test(text)) return text;
+    throw new Refused(`${name}=${text} is no scale of the map`);
+  }]),
+);
+
+export class Legend {
+  #before = {}; // by group: where the scale ended, and what was said of it
+  #now = null;
+
+  /** Changes of the address are told to onChange(changes). */
+  constructor(onChange) {
+    const told = {
+      by: ({ value }) => value,
+      lock: ({ checked }) => (checked ? `${this.#now.group}:${this.#now.top}` : ""),
+      outline: ({ checked }) => (checked ? String(TOP) : ""),
+    };
+    for (const [name, of] of Object.entries(told)) {
+      find(name).addEventListener("change", ({ target }) => onChange({ [name]: of(target) }));
+    }
+  }
+
+  /** Return how to paint the map, and explain it; of a draft nothing is said that lasts. */
+  show({ map, by, lock, outline }, atlas, values, isDraft) {
+    const group = GROUPS[map];
+    const [lockedGroup, lockedTop] = lock.split(":");
+    const isLocked = group !== undefined && lockedGroup === group;
+    const made = colouring(map, atlas, values, {
+      by: RANKED.includes(map) ? by : "value",
+      top: isLocked ? Number(lockedTop) : undefined,
+    });
+    // Rounded up, so that the address is short and nothing lies above.
+    this.#now = { group, top: Math.ceil(made.range[1] * 1e4) / 1e4 };
+    Object.assign(find("by"), { value: by, disabled: !RANKED.includes(map) });
+    Object.assign(find("lock"), { checked: isLocked, disabled: !group || !this.#now.top });
+    find("outline").checked = Boolean(outline);
+    for (const id of ["low", "high", "unit"]) find(id).textContent = made[id];
+    find("scale-note").textContent = this.#note(made, group, isLocked, isDraft);
+    const isCyclic = map === "heading";
+    find("legend").classList.toggle("cyclic", isCyclic);
+    drawScale(find("scale"), made.scale);
+    if (isCyclic) drawRing(find("ring"), made.scale, countsOf(made, SECTORS));
+    else find("histogram").firstElementChild.setAttribute("d", histogram(countsOf(made, BINS)));
+    return { ...made, top: outline && !isDraft ? ranking(values.fitness).slice(0, TOP) : [] };
+  }
+
+  #note({ shown, range }, group, isLocked, isDraft) {
+    if (!group) return "Arrows: where each square travels on average. In the ring: how many head there.";
+    if (isLocked) {
+      const beyond = shown.filter((value) => Math.abs(value) > range[1]).length;
+      return `The scale is locked${beyond ? `; ${beyond} designs are beyond it` : ""}.`;
+    }
+    const before = this.#before[group];
+    if (!isDraft && before?.top !== range[1]) {
+      const isTold = before?.top && range[1];
+      const words = isTold ? `Rescaled: it ended at ${before.top.toFixed(2)} before.` : EXPLAINED;
+      this.#before[group] = { top: range[1], words };
+    }
+    return this.#before[group]?.words ?? EXPLAINED;
+  }
+}
+
+/** How many of the values shown lie in each part of the range; those beyond it in the last. */
+function countsOf({ shown, range: [low, high] }, bins) {
+  const counts = new Array(bins).fill(0);
+  for (const value of shown) {
+    if (!Number.isFinite(value)) continue;
+    const bin = Math.floor((bins * (value - low)) / (high - low || 1));
+    counts[Math.min(Math.max(bin, 0), bins - 1)]++;
+  }
+  return counts;
+}
+
+/** A path, as wide as there are counts and 1 high; by logarithms, so that one among thousands is seen. */
+function histogram(counts) {
+  const most = Math.log1p(Math.max(...counts, 1));
+  return `M0 1${counts.map((count, i) => `V${1 - Math.log1p(count) / most}H${i + 1}`).join("")}V1Z`;
+}
+
+/** Draw the key of headings: a ring of their colours, and in it how many go each way. */
+function drawRing(svg, scale, counts) {
+  const at = (share, r) => [Math.cos, Math.sin].map((f, k) => (k ? -1 : 1) * r * f((2 * share - 1) * Math.PI));
+  const sector = (k, from, to, attributes) => {
+    const [a, b] = [k / SECTORS, (k + 1) / SECTORS];
+    const corners = [at(a, from), at(b, from), at(b, to), at(a, to)];
+    return element("svg:polygon", { points: corners.join(" "), ...attributes });
+  };
+  const ring = counts.map((_, k) => {
+    const fill = `rgb(${scale((k + 0.5) / SECTORS).map(Math.round).join(" ")})`;
+    return sector(k, 0.72, 1, { fill, stroke: fill, "stroke-width": 0.02 });
+  });
+  const most = Math.max(...counts, 1);
+  const rose = counts.map((count, k) => sector(k, 0, (0.64 * count) / most, { fill: "currentColor" }));
+  const words = [["0° +x", 1.1, 0.08, "start"], ["90° +y", 0, -1.12, "middle"], ["180°", -1.1, 0.08, "end"], ["−90°", 0, 1.34, "middle"]];
+  const labels = words.map(([text, x, y, anchor]) => element("svg:text", { text, x, y, "text-anchor": anchor }));
+  svg.replaceChildren(...ring, ...rose, ...labels);
+}

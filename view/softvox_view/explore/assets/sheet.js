@@ -1,0 +1,90 @@
+// A pen that draws over the cells of the map.
+
+/** Shapes about [0, 0] that tell searchers apart, as corners; the first is the one of a single path. */
+export const MARKERS = [
+  [[-1, -1], [1, -1], [1, 1], [-1, 1]],
+  [[0, -1.35], [1.25, 0.95], [-1.25, 0.95]],
+  [[0, -1.4], [1.4, 0], [0, 1.4], [-1.4, 0]],
+  [[-0.5, -1.2], [0.5, -1.2], [1.2, 0], [0.5, 1.2], [-0.5, 1.2], [-1.2, 0]],
+];
+
+/** Draws what a window shows into a square; lengths are CSS pixels, places are cells. */
+export class Sheet {
+  constructor(pen, width, seen) {
+    Object.assign(this, { pen, width, seen, cell: width / seen.span });
+  }
+
+  /** Where a place on the map, in cells from the lower left, is in the square. */
+  at([column, row]) {
+    return [(column - this.seen.left) * this.cell, this.width - (row - this.seen.bottom) * this.cell];
+  }
+
+  /** Whether a cell's middle is seen. */
+  has([column, row]) {
+    return [column - this.seen.left, row - this.seen.bottom].every((k) => k > -0.5 && k < this.seen.span - 0.5);
+  }
+
+  lines(colour, thick, trace) {
+    this.pen.lineJoin = "round";
+    this.pen.strokeStyle = colour;
+    this.pen.lineWidth = thick;
+    this.pen.beginPath();
+    trace(this.pen);
+    this.pen.stroke();
+  }
+
+  /** Draw lines with a dark rim, to be seen on any colour. */
+  outlined(trace, colour = "#fff", thick = 2) {
+    this.lines("#000", thick + 2 + thick / 2, trace);
+    this.lines(colour, thick, trace);
+  }
+
+  /** Connect points, with an arrowhead where there is room for it. */
+  chain(points, colour) {
+    this.outlined((pen) => {
+      points.forEach((point) => pen.lineTo(...point));
+      points.slice(1).forEach(([x, y], i) => {
+        const [across, down] = [x - points[i][0], y - points[i][1]];
+        const long = Math.hypot(across, down);
+        if (long > 16) this.#head(x - across / 3, y - down / 3, Math.atan2(down, across), 7);
+      });
+    }, colour);
+  }
+
+  /** An arrow about a point, its angle counted clockwise from the right. */
+  arrow([x, y], angle, long) {
+    const [across, down] = [Math.cos(angle) * long / 2, Math.sin(angle) * long / 2];
+    this.pen.moveTo(x - across, y - down);
+    this.pen.lineTo(x + across, y + down);
+    this.#head(x + across, y + down, angle, Math.max(3, long / 3));
+  }
+
+  polygon(corners, [x, y], reach, fill) {
+    this.pen.beginPath();
+    for (const [u, v] of corners) this.pen.lineTo(x + reach * u, y + reach * v);
+    this.pen.closePath();
+    this.pen.fillStyle = fill;
+    this.pen.lineWidth = 1;
+    this.pen.strokeStyle = "#000";
+    this.pen.fill();
+    this.pen.stroke();
+  }
+
+  write(text, x, y, size) {
+    this.pen.font = `bold ${size}px system-ui, sans-serif`;
+    this.pen.textAlign = "center";
+    this.pen.textBaseline = "middle";
+    this.pen.lineWidth = 4;
+    this.pen.strokeStyle = "#000";
+    this.pen.strokeText(text, x, y);
+    this.pen.fillStyle = "#fff";
+    this.pen.fillText(text, x, y);
+  }
+
+  #head(x, y, angle, long) {
+    for (const turn of [2.6, -2.6]) {
+      this.pen.moveTo(x + Math.cos(angle + turn) * long, y + Math.sin(angle + turn) * long);
+      this.pen.lineTo(x, y);
+    }
+  }
+}
