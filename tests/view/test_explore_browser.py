@@ -396,7 +396,7 @@ def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page)
 
 def test_what_is_said_well_does_not_look_like_an_error(driver, page):
     opened(driver, page)
-    colour = "return getComputedStyle(document.getElementById('message')).color"
+    colour = "return getComputedStyle(document.getElementById('message')).backgroundColor"
     one(driver, "#share").click()
     until(lambda: "link is" in shown(driver, "message"))
     good = driver.execute_script(colour)
@@ -412,8 +412,9 @@ def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, pa
     entered(driver, "#find-text", "4295")
     until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
     assert not shown(driver, "progress-row", "hidden")
-    dimmed = "return getComputedStyle(document.getElementById('facts')).opacity"
-    assert float(driver.execute_script(dimmed)) < 1
+    assert facts(driver)["rank of 6561"] == ["not known yet"]
+    dimmed = "return getComputedStyle(document.getElementById('leaders')).opacity"
+    until(lambda: float(driver.execute_script(dimmed)) < 1)
     one(driver, "#reset").click()
     until(lambda: shown(driver, "progress-row", "hidden"))
     assert driver.execute_script(dimmed) == "1"

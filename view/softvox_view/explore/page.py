@@ -11,6 +11,7 @@ import numpy as np
 
 import softvox_gym
 from softvox_gym import Physics, engine, noisy_landscape, realities
+from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
 from softvox_gym.physics import (
     ACTUATIONS,
     MOST,
@@ -35,8 +36,8 @@ MODULES = [
     f"{name}.js"
     for name in (
         *("physics", "engine", "recording", "simulator", "search"),
-        *("page", "colours", "robot", "panels", "zoom", "sheet", "map", "legend", "curve", "paths"),
-        *("controls", "app"),
+        *("world", "page", "colours", "robot", "panels", "zoom", "sheet", "map", "legend"),
+        *("curve", "paths", "controls", "versus", "finder", "fill", "story", "app"),
     )
 ]
 
@@ -100,6 +101,7 @@ def _data(results: Mapping[str, Results]) -> dict[str, Any]:
     noise = noisy_landscape(1.0)["mean"]
     tables = {
         "cells": design_at(row, column).astype("<u2"),
+        "classes": symmetry_classes().astype("<u2"),
         "is_connected": table["is_connected"].astype("u1"),
         **{name: table[name].astype("<f8") for name in ("dx", "dy", "step_error")},
         "noise": noise.astype("<f8"),

@@ -1,91 +1,114 @@
-// The page. `seen` is what is seen, and is kept in the address; `wanted` is what was asked for last,
-// and is seen once it is computed.
+// The page. `seen` is what it is to show, and is kept in the address; what is shown is dim until it is
+// that.
 
 import { pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
+import { fillable } from "./fill.js";
+import { countsOf, Finder, FILTERS, leadersOf, passing } from "./finder.js";
 import { Legend, NO_SCALE, scaleChecks } from "./legend.js";
 import { landscapeMap } from "./map.js";
 import { element, find, latest, save, sayTouch, unpacked } from "./page.js";
-import { changesOf, csvOf, fillFacts, inShort, wordsOf } from "./panels.js";
+import { changesOf, csvOf, fillFacts, inBrief, inShort, ranking, TOP, wordsOf } from "./panels.js";
 import { NO_PATH, Paths } from "./paths.js";
 import { physicsWritten, Refused } from "./physics.js";
+import { together } from "./recording.js";
 import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
 import { Simulator } from "./simulator.js";
-import { zoomButtons } from "./zoom.js";
+import { story } from "./story.js";
+import { kendall, scatter } from "./versus.js";
+import { valuesOf, World } from "./world.js";
+import { MapWindow, zoomButtons } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
-const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...NO_PATH };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
-const KEPT = 16; // landscapes
+const SECOND = "b."; // begins the names of the second world's parameters
+const GOOD_LASTS = 4000; // ms
+const MAPS = ["map", "map-b"];
+const FADED = 0.82; // how far what does not pass a filter fades into a grey
+const GREY = 128;
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
-const pathOf = (state) => Object.fromEntries(PATH.map((name) => [name, state[name]]));
+const part = (names) => (state) => Object.fromEntries(names.map((name) => [name, state[name]]));
+const pathOf = part(PATH);
+const filtersOf = part(Object.keys(FILTERS));
+const scaleOf = part(Object.keys(NO_SCALE));
 
 const given = JSON.parse(find("data").textContent);
 const { known, version, results } = given;
-if (!globalThis.DecompressionStream) say("This page needs a newer browser, of 2023 or later.");
+if (!globalThis.DecompressionStream) {
+  say("This browser can't unpack what the page holds (no DecompressionStream); take one of 2023 or later.");
+}
 const packedTables = Object.entries(given.tables).map(async ([name, text]) => {
-  const type = { cells: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;
+  const type = { cells: Uint16Array, classes: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;
   return [name, [...new type(await unpacked(text))]];
 });
 const tables = Object.fromEntries(await Promise.all(packedTables));
-const atlas = { ...tables, side: Math.sqrt(tables.cells.length), ...valuesOf(tables.dx, tables.dy) };
-const simulator = new Simulator(known, await unpacked(given.engine));
+const published = valuesOf(tables.dx, tables.dy);
+const side = Math.sqrt(tables.cells.length);
+const atlas = { ...tables, side, ...published, counts: countsOf([...tables.cells.keys()]) };
+const engine = await unpacked(given.engine);
+const simulator = new Simulator(known, engine);
+if (!globalThis.WebAssembly?.validate(engine)) {
+  say("This browser has no WebAssembly with SIMD, so nothing can be simulated; take one of 2023 or later.");
+}
 globalThis.softvox = {
   simulate: (designs, physics, options) => simulator.simulate(designs, physics, options),
   landscape: (physics, options) => simulator.landscape(physics, options),
 };
 
-/** What the map shows of displacements, by design: null where one diverged, undefined not yet. */
-function valuesOf(dx, dy) {
-  const fitness = dx.map((x, i) => Math.sqrt(x * x + dy[i] * dy[i]));
-  return Object.fromEntries(
-    Object.entries({ dx, dy, fitness }).map(([name, row]) => [name, row.map((v) => (v === v ? v : null))]),
-  );
-}
-
-let seen = { ...DEFAULTS, parameters: {} };
-let wanted = seen;
-let values = atlas; // the landscape now: {dx, dy, fitness}, by design
+let seen = { ...DEFAULTS, parameters: {}, versus: null }; // versus: of the second world, or none
 let player = null;
-let shown = null; // the recording that it plays
-let drafted = null; // values of a landscape under way
-let ending = new AbortController(); // of that
-const kept = new Map(); // landscapes by their parameters, so that going back costs nothing
+let shown = null; // the robots: {state, recording, moved}
+let pointed = null; // the design last under the pointer
+let hushing = 0; // the timer that takes good words away
+let seenPasses = []; // by design, whether it passes the filters
+const standard = { key: JSON.stringify(physicsWritten(known, {})), values: published };
+const [here, there] = [0, 1].map(() => new World(simulator, standard, showLandscapes));
 const controls = new Controls(find("sliders"), known, (parameters) => want({ parameters }));
 const showDrawing = editor(find("editor"), choose);
-const map = landscapeMap(find("map"), atlas, choose, (design) => {
-  drawRobot(find("hover-robot"), digitsOf(design));
-  find("hover-text").textContent = inShort(design, atlas, drafted ?? values);
+const finder = new Finder((filters) => {
+  record(filters, true);
+  paint();
+  showLeaders();
+}, choose);
+const mapWindow = new MapWindow(atlas.side);
+const maps = MAPS.map((id) => {
+  find(id).addEventListener("pointerleave", () => pointAt(null, id));
+  return landscapeMap(find(id), atlas, mapWindow, choose, (design) => pointAt(design, id));
 });
-zoomButtons(find("zoom"), map.zoom);
+zoomButtons(find("zoom"), maps[0].zoom);
 const legend = new Legend((changes) => {
   record(changes, true);
   paint();
 });
-const paths = new Paths(results, atlas.fitness, map.show, (fields) => record(fields, true));
+const showOnMaps = (what) => maps.forEach((map) => map.show(what));
+const paths = new Paths(results, atlas.fitness, showOnMaps, (fields) => record(fields, true));
+const showScatter = scatter(find("scatter"), choose, (design) => pointAt(design, "scatter"));
 
 // The address: only what differs from the defaults
 
 /** Return the state that the address tells: texts by name; whatever else it has are parameters. */
 function read() {
-  const state = { ...DEFAULTS, parameters: {} };
+  const state = { ...DEFAULTS, parameters: {}, versus: null };
   for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
-    (Object.hasOwn(DEFAULTS, name) ? state : state.parameters)[name] = value;
+    if (name.startsWith(SECOND)) (state.versus ??= {})[name.slice(SECOND.length)] = value;
+    else (Object.hasOwn(DEFAULTS, name) ? state : state.parameters)[name] = value;
   }
   if (state.map === "rank") Object.assign(state, { map: "fitness", by: "rank" }); // of older addresses
   return state;
 }
 
-function written({ parameters, ...state }) {
+function written({ parameters, versus, ...state }) {
   // All of a path is written, and nothing where there is none.
   const isWritten = (name) =>
     PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
   const changed = Object.entries(state).filter(([name]) => isWritten(name));
-  return new URLSearchParams([...changed, ...Object.entries(parameters)]).toString();
+  const second = Object.entries(versus ?? {}).map(([name, value]) => [SECOND + name, value]);
+  return new URLSearchParams([...changed, ...Object.entries(parameters), ...second]).toString();
 }
 
-/** Take on what is seen now; a step is one that the browser's Back undoes. */
+/** Take on what is to be seen now; a step is one that the browser's Back undoes. */
 function record(changes, isStep) {
   seen = { ...seen, ...changes };
   const isNew = written(seen) !== written(read());
@@ -105,13 +128,15 @@ function show() {
       asked[name] = seen[name];
     }
   }
-  const scale = Object.fromEntries(Object.keys(NO_SCALE).map((name) => [name, asked[name]]));
-  seen = { ...seen, map: asked.map, ...scale, ...pathOf(asked) };
+  for (const name of finder.set(filtersOf(asked))) {
+    complain(new Refused(`there is no filter ${name} ${asked[name]}`));
+    asked[name] = FILTERS[name];
+  }
+  seen = { ...seen, map: asked.map, ...scaleOf(asked), ...filtersOf(asked), ...pathOf(asked) };
   find("kind").value = seen.map;
   controls.parameters = asked.parameters;
-  paint();
   paths.show(pathOf(asked), false);
-  want({ design: asked.design, compare: asked.compare, parameters: asked.parameters }, false);
+  want(part(["design", "compare", "parameters", "versus"])(asked), false);
 }
 
 function kindOf(text) {
@@ -122,6 +147,8 @@ function kindOf(text) {
 function say(text, isGood = false) {
   find("message").textContent = text;
   find("message").classList.toggle("good", isGood);
+  clearTimeout(hushing);
+  if (isGood) hushing = setTimeout(say, GOOD_LASTS, "");
 }
 
 /** Say what is wrong; return whether it was said beside a parameter. */
@@ -132,123 +159,182 @@ function complain(error) {
   return isBeside;
 }
 
-// The landscape and the robots
+// The landscapes and the robots
 
-/** Compute the landscape where its parameters change, then the robots on it. */
-async function want(changes, isStep = true) {
-  wanted = { ...wanted, ...changes };
-  if (changes.parameters) await recompute(changes.parameters, isStep);
-  const { design, compare } = wanted;
-  try {
-    const designs = [design, compare].filter(Boolean).map(Number);
-    const physics = physicsWritten(known, seen.parameters);
-    const recording = await latest("recording", simulator.recording(designs, physics));
-    record({ design, compare }, isStep);
-    showRobots(recording);
-  } catch (error) {
-    wanted = { ...seen, parameters: wanted.parameters };
-    complain(error);
-  }
-}
-
-async function recompute(parameters, isStep) {
-  ending.abort();
-  drafted = null;
-  if (same(parameters, seen.parameters)) {
-    paint();
-  } else {
+/** Show other robots, or other worlds: the robots at once, the landscapes as they are computed. */
+function want(changes, isStep = true) {
+  const notes = [];
+  for (const name of ["parameters", "versus"].filter((world) => changes[world])) {
     try {
-      const notes = [];
-      const made = await latest("landscape", compute(parameters, notes));
-      record({ parameters }, isStep);
-      showLandscape(made, notes);
+      physicsWritten(known, changes[name], notes);
     } catch (error) {
       // What was typed stays where the mistake is its own.
-      if (!complain(error)) controls.parameters = seen.parameters;
-      wanted = { ...wanted, parameters: seen.parameters };
-      record({}, false);
-      drafted = null;
-      paint();
+      if (name === "versus") say(`The second world: ${error.message}`);
+      else if (!complain(error)) controls.parameters = seen.parameters;
+      delete changes[name];
     }
   }
-  find("progress-row").hidden = true;
-  document.body.classList.remove("computing");
+  // A slider on its way is no step.
+  record(changes, isStep && !(changes.parameters && !here.isWhole));
+  find("notes").replaceChildren(...notes.map((words) => element("p", { text: `Note: ${words}` })));
+  document.body.classList.toggle("two-worlds", Boolean(seen.versus));
+  const [first, second] = worlds().map(({ parameters }) => physicsWritten(known, parameters));
+  showRobots([first, second].filter(Boolean));
+  if (changes.parameters) here.become(first).catch(complain);
+  if (!second) there.stop();
+  else if ("versus" in changes) there.become(second).catch(complain);
+  showVersus();
+  settle();
 }
 
-/** Compute a landscape, its cells filling in as they come. */
-async function compute(parameters, notes) {
-  const physics = physicsWritten(known, parameters, notes);
-  if (same(parameters, {})) return atlas;
-  const key = JSON.stringify(physics);
-  if (!kept.has(key)) {
-    ending = new AbortController();
-    const { signal } = ending;
-    const [dx, dy] = [[], []].map(() => new Array(atlas.cells.length).fill(undefined));
-    let done = 0;
-    let isDrawn = true;
-    const onBlock = (designs, moved) => {
-      designs.forEach((design, i) => ([dx[design], dy[design]] = moved.subarray(3 * i, 3 * i + 2)));
-      done += designs.length;
-      if (!isDrawn) return;
-      isDrawn = false;
-      requestAnimationFrame(() => {
-        isDrawn = true;
-        if (signal.aborted || done === dx.length) return;
-        showProgress(done, dx.length);
-        drafted = draftOf(dx, dy);
-        paint();
-      });
-    };
-    showProgress(0, dx.length);
-    await simulator.landscape(physics, { onBlock, signal });
-    if (kept.size >= KEPT) kept.delete(kept.keys().next().value);
-    kept.set(key, valuesOf(dx, dy));
-  }
-  return kept.get(key);
+/** The worlds that are shown: what they are called, their parameters and their landscapes. */
+function worlds() {
+  const all = [{ parameters: seen.parameters, world: here }];
+  if (seen.versus) all.push({ parameters: seen.versus, world: there });
+  // What both have tells nothing apart.
+  const common = ([name, value]) => all.length > 1 && all.every(({ parameters }) => parameters[name] === value);
+  return all.map((one) => {
+    const own = Object.entries(one.parameters).filter((change) => !common(change));
+    return { ...one, name: nameOfWorld(own.length ? Object.fromEntries(own) : one.parameters) };
+  });
 }
 
-function draftOf(dx, dy) {
-  const made = valuesOf(dx.map((x) => x ?? 0), dy.map((y) => y ?? 0));
-  for (const row of Object.values(made)) dx.forEach((x, i) => x === undefined && (row[i] = undefined));
-  return made;
+function nameOfWorld({ preset, ...changes }) {
+  const words = Object.entries(changes).map(([name, value]) => `${name} ${value}`.replaceAll("_", " "));
+  return [...(preset || !words.length ? [preset ?? "published"] : []), ...words].join(", ").replaceAll("_", " ");
 }
 
-function showProgress(done, total) {
-  find("progress-row").hidden = false;
-  document.body.classList.add("computing");
-  find("progress").value = done / total;
-  find("progress-text").textContent = `${done} of ${total} designs`;
+/** Dim what is not true yet, and tell how far it is. */
+function settle() {
+  const [state, shows] = [seen, shown?.state].map((one) => one && robotsOf(one));
+  const isTrue = same(state, shows);
+  const isWhole = worlds().every(({ world }) => world.isWhole);
+  document.body.classList.toggle("computing", !isTrue);
+  document.body.classList.toggle("drafting", !isWhole);
+  find("progress-row").hidden = isWhole;
+  const [done, all] = worlds().reduce(([a, b], { world }) => [a + world.done, b + world.values.fitness.length], [0, 0]);
+  find("progress").value = done / all;
+  find("progress-text").textContent = `${done} of ${all} designs`;
+  if (isTrue && here.isWhole) document.body.dataset.parameters = JSON.stringify(seen.parameters);
 }
 
-function showLandscape(made, warnings) {
-  values = made;
-  drafted = null;
-  const isPublished = same(seen.parameters, {});
-  const { best, former, lines } = changesOf(atlas.fitness, values.fitness);
-  const told = [...(isPublished ? [] : lines), ...warnings.map((words) => `Note: ${words}`)];
-  find("changes").replaceChildren(...told.map((text) => element("p", { text })));
-  map.show({ best: isPublished ? null : { from: former, to: best } });
+const robotsOf = part(["design", "compare", "parameters", "versus"]);
+
+/** Show all that the landscapes tell, as far as they are known. */
+function showLandscapes() {
+  if (!shown) return; // it has just begun
   paint();
+  showFacts();
+  if (here.isWhole) {
+    const isPublished = here.values === published;
+    const { best, former, lines } = changesOf(atlas.fitness, here.values.fitness);
+    const told = isPublished ? [] : lines;
+    find("changes").replaceChildren(...told.map((text) => element("p", { text })));
+    maps[0].show({ best: isPublished ? null : { from: former, to: best } });
+    showLeaders();
+  }
+  showVersus();
+  settle();
 }
 
 function paint() {
-  map.paint(legend.show(seen, atlas, drafted ?? values, Boolean(drafted)));
+  const all = worlds();
+  const isDraft = !all.every(({ world }) => world.isWhole);
+  // One scale for both worlds: they are coloured as if they were one, of twice as many designs.
+  const joined = (rows) => Object.fromEntries(
+    ["dx", "dy", "fitness", "noise"].map((name) => [name, rows.flatMap((row) => row[name] ?? [])]),
+  );
+  const made = legend.show(seen, joined(all.map(() => atlas)), joined(all.map(({ world }) => world.values)), isDraft);
+  seenPasses = passing(seen, atlas, here.values);
+  all.forEach(({ world: { values }, name }, k) => {
+    const first = k * atlas.fitness.length;
+    maps[k].paint({
+      ...made,
+      colour: (design) => faded(made.colour(first + design), seenPasses[design]),
+      arrows: made.arrows && values,
+      top: seen.outline && !isDraft ? ranking(values.fitness).slice(0, TOP) : [],
+    });
+    find(["name-a", "name-b"][k]).textContent = name;
+  });
+  if (pointed !== null) pointAt(pointed);
 }
 
-function showRobots(recording) {
-  const { design, compare, parameters } = seen;
-  const designs = [design, compare].filter(Boolean);
-  map.show({ marks: { A: design, B: compare } });
+function faded(colour, passes) {
+  return passes ? colour : (colour ?? [255, 255, 255]).map((c) => GREY + (1 - FADED) * (c - GREY));
+}
+
+/** Tell about a design under the pointer, in all worlds, and ring it where the pointer is not. */
+function pointAt(design, from) {
+  if (from && seen.versus) {
+    const ringed = (id) => ({ marks: { ...marks(), "": from === id ? "" : String(design ?? "") } });
+    MAPS.forEach((id, k) => maps[k].show(ringed(id)));
+    showScatter({ point: design });
+  }
+  if (design === null) return;
+  pointed = design;
+  drawRobot(find("hover-robot"), digitsOf(design));
+  const second = worlds().slice(1).map(({ name, world }) => `${name}: ${inBrief(design, world.values)}`);
+  find("hover-text").textContent = [inShort(design, atlas, here.values), ...second].join("; ");
+}
+
+const marks = () => ({ A: seen.design, B: seen.compare });
+
+function showLeaders() {
+  const order = ranking(here.values.fitness);
+  const all = leadersOf(order, seenPasses, seen.each && atlas.classes);
+  finder.show(all, here.values.fitness, seenPasses.filter(Boolean).length);
+}
+
+/** Show how the ranks of two worlds go together. */
+function showVersus() {
+  const only = Object.keys(seen.versus ?? {}).join() === "preset" ? seen.versus.preset : "";
+  find("kept").hidden = !seen.versus || Boolean(only);
+  find("versus").value = only || (seen.versus ? "kept" : "");
+  if (!seen.versus) return;
+  const names = worlds().map(({ name }) => name);
+  find("scatter-title").textContent = `better → in ${names[0]}, ↑ in ${names[1]}`;
+  const isWhole = here.isWhole && there.isWhole;
+  const fitness = [here, there].map(({ values }) => values.fitness.map((value) => value ?? 0));
+  find("tau").textContent = isWhole ? `Kendall’s τ ${kendall(...fitness).toFixed(2).replace("-", "−")}` : "";
+  showScatter({ fitness, marks: marks() });
+}
+
+async function showRobots(physics) {
+  const state = seen;
+  const designs = [state.design, state.compare].filter(Boolean);
+  const names = worlds().map(({ name }) => name);
+  maps.forEach((map) => map.show({ marks: marks() }));
   showEdited();
-  find("end-compare").hidden = !compare;
-  fillFacts(find("facts"), designs, atlas, values);
+  find("end-compare").hidden = !state.compare;
+  try {
+    const wishes = physics.map((one) => simulator.recording(designs.map(Number), one));
+    const made = await latest("recording", Promise.all(wishes));
+    const recording = together(made.map((one) => one.recording), names);
+    shown = { state, names, recording, moved: made.map((one) => one.moved) };
+  } catch (error) {
+    complain(error);
+    return;
+  }
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
-  shown = recording;
-  player.load(recording, pictureOfRobots(designs));
+  player.load(shown.recording, pictureOfRobots(shown.recording.robots.map(({ design }) => design)));
   if (isFirst) player.autoplay();
   find("robot-panel").dataset.designs = designs.join(" ");
-  document.body.dataset.parameters = JSON.stringify(parameters);
+  if (isFirst) showLandscapes();
+  showFacts();
+  settle();
+}
+
+/** Fill the table with the robots that are shown. */
+function showFacts() {
+  const { state, names, moved } = shown;
+  const columns = [["A", state.design], ["B", state.compare]].flatMap(([letter, design], i) =>
+    design ? worlds().slice(0, names.length).map(({ world }, k) => {
+      const name = [...(state.compare || !k && names.length < 2 ? [letter] : []), ...(names[1] ? [names[k]] : [])].join(", ");
+      return { name, design, moved: moved[k].subarray(3 * i, 3 * i + 2), world };
+    }) : [],
+  );
+  fillFacts(find("facts"), columns, atlas);
 }
 
 /** Which robot the next click changes, "design" or "compare". */
@@ -274,6 +360,16 @@ function choose(text) {
 
 // What is done on the page
 
+/** The parameters of a second world, which says so where it is the published one. */
+function keptOf(parameters) {
+  return same(parameters, {}) ? { preset: "published" } : parameters;
+}
+
+/** Go to an address. */
+function go(address) {
+  location.hash = address;
+}
+
 /** A file's name that tells what differs from the published physics. */
 function nameOf(what) {
   const changes = Object.entries(seen.parameters).map(([name, value]) => `_${name}_${value}`);
@@ -295,19 +391,29 @@ const actions = {
     controls.parameters = {};
     want({ parameters: {} });
   },
-  "save-csv click": () => save(csvOf(atlas, values), `${nameOf("landscape")}.csv`),
+  "versus change"({ target: { value } }) {
+    want({ versus: value ? { preset: value } : null });
+  },
+  "keep click": () => want({ versus: keptOf(seen.parameters) }),
+  "swap click"() {
+    const [parameters, versus] = [seen.versus, keptOf(seen.parameters)];
+    controls.parameters = parameters;
+    want({ parameters: same(parameters, { preset: "published" }) ? {} : parameters, versus });
+  },
+  "finding click": () => go("design=6453&b.preset=reversal"),
+  "save-csv click": () => save(csvOf(atlas, here.values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
-    const picture = await pictureOf(map.picture(), find("scale"), words, wordsOf(seen.parameters));
+    const picture = await pictureOf(maps[0].picture(), find("scale"), words, wordsOf(seen.parameters));
     save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
     const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
     const parts = {
-      title: shown.robots.map(({ label }) => label).join("; "),
-      rows: shown.robots.length > 1 ? "Row by row: " : "",
-      still: pictureOfRobots(shown.robots.map(({ design }) => design)),
-      recording: JSON.stringify(shown).replaceAll("<", "\\u003c"),
+      title: shown.recording.robots.map(({ label }) => label).join("; "),
+      rows: shown.recording.robots.length > 1 ? "Row by row: " : "",
+      still: pictureOfRobots(shown.recording.robots.map(({ design }) => design)),
+      recording: JSON.stringify(shown.recording).replaceAll("<", "\\u003c"),
     };
     const template = new TextDecoder().decode(await unpacked(given.replay));
     const text = template.replace(/\{\{(\w+)\}\}/g, (_, part) => parts[part]);
@@ -329,9 +435,14 @@ for (const [what, handler] of Object.entries(actions)) {
   });
 }
 addEventListener("hashchange", show);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showVersus);
 
 sayTouch();
+find("versus").append(...Object.keys(known.presets).map((name) => new Option(name.replaceAll("_", " "), name)));
 find("version").textContent = `softvox-gym ${version}.`;
 // On a narrow screen the robot itself comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;
+fillable([find("map-panel"), find("robot-panel")]);
+const isEmpty = !location.hash.slice(1);
 show();
+story(isEmpty, go);

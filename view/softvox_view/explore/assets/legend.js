@@ -2,7 +2,7 @@
 
 import { colouring, drawScale } from "./colours.js";
 import { element, find } from "./page.js";
-import { ranking, TOP } from "./panels.js";
+import { TOP } from "./panels.js";
 import { Refused } from "./physics.js";
 
 /** In the address: colours by value or rank, "group:top" of a locked scale, how many are outlined. */
@@ -58,9 +58,9 @@ export class Legend {
     const isCyclic = map === "heading";
     find("legend").classList.toggle("cyclic", isCyclic);
     drawScale(find("scale"), made.scale);
-    if (isCyclic) drawRing(find("ring"), made.scale, countsOf(made, SECTORS));
-    else find("histogram").firstElementChild.setAttribute("d", histogram(countsOf(made, BINS)));
-    return { ...made, top: outline && !isDraft ? ranking(values.fitness).slice(0, TOP) : [] };
+    if (isCyclic) drawRing(find("ring"), made.scale, binned(made, SECTORS));
+    else find("histogram").firstElementChild.setAttribute("d", histogram(binned(made, BINS)));
+    return made;
   }
 
   #note({ shown, range }, group, isLocked, isDraft) {
@@ -80,7 +80,7 @@ export class Legend {
 }
 
 /** How many of the values shown lie in each part of the range; those beyond it in the last. */
-function countsOf({ shown, range: [low, high] }, bins) {
+function binned({ shown, range: [low, high] }, bins) {
   const counts = new Array(bins).fill(0);
   for (const value of shown) {
     if (!Number.isFinite(value)) continue;

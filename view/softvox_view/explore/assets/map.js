@@ -3,7 +3,7 @@
 import { evaluationColour } from "./colours.js";
 import { digitsOf, paintRobot } from "./robot.js";
 import { MARKERS, Sheet } from "./sheet.js";
-import { gestures, MapWindow } from "./zoom.js";
+import { gestures } from "./zoom.js";
 
 const JUMP = 9; // cells, with Shift: the side of a square two levels deep
 const KEY_ZOOMS = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, 0: 0 };
@@ -16,7 +16,7 @@ const PICTURE = 648; // px: of the map to download
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
 
 /**
- * Make a map of a canvas; it calls onPick(design) and onPoint(design).
+ * Make a map of a canvas, of which a MapWindow is seen; it calls onPick(design) and onPoint(design).
  * Returns {paint, show, zoom, picture}.
  *
  * paint({colour, grid, arrows, top}) colours the cells: colour(design) is [r, g, b], or null to
@@ -25,9 +25,8 @@ const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
  * or null; paths [{designs, best, colour}] and upto, of how many evaluations. zoom(factor) zooms in,
  * for 0 to the whole map; picture() is a canvas with what is seen now.
  */
-export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
+export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
   const pixels = new OffscreenCanvas(side, side);
-  const seen = new MapWindow(side);
   const placeOf = []; // [column, row from the bottom] of a design
   cells.forEach((design, k) => (placeOf[design] = [k % side, Math.floor(k / side)]));
   const inside = (k) => Math.min(Math.max(k, 0), side - 1);
@@ -51,7 +50,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
     const share = (k, low) => (k + 0.5 - low) / seen.span;
     const isSeen = isAtCursor && cursor && sheet.has(cursor);
     seen.zoom(factor, isSeen ? [share(cursor[0], seen.left), share(cursor[1], seen.bottom)] : undefined);
-    moved();
+    seen.moved();
   }
 
   /** Draw after the window moved. One finger scrolls the page while the map has nowhere to go. */
@@ -73,6 +72,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
     if (move) {
       const next = place.map((k, axis) => inside(k + move[axis]));
       seen.include(next);
+      seen.moved();
       point(next);
     } else if (event.key in KEY_ZOOMS) zoom(KEY_ZOOMS[event.key], true);
     else if (event.key === "Enter" || event.key === " ") onPick(designAt(place));
@@ -208,7 +208,6 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
 
   canvas.addEventListener("keydown", key);
   gestures(canvas, seen, {
-    onMove: moved,
     onPoint: (place) => point(place && seen.cellAt(place)),
     onPick(place) {
       point(seen.cellAt(place));
@@ -221,6 +220,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
     canvas.width = canvas.height = Math.round(ratio * width);
     draw();
   }).observe(canvas);
+  seen.watchers.push(moved);
   moved();
 
   return {

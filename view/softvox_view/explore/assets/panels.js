@@ -33,27 +33,42 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
   ].join(", ");
 }
 
-/** Fill the table of facts with one design, or two and their difference. */
-export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
+/** The same of another world, shorter. */
+export function inBrief(design, { dx, dy, fitness }) {
+  const travels = fitness[design] ? `, heading ${number(heading(dx[design], dy[design]), 0)}°` : "";
+  return `fitness ${number(fitness[design])}${travels}`;
+}
+
+/**
+ * Fill the table of facts with columns {name, design, moved: [dx, dy], world}; of two there is the
+ * difference as well.
+ */
+export function fillFacts(table, columns, atlas) {
+  const told = columns.map(({ design, moved: [x, y], world }) => {
+    const isThere = x === x && y === y;
+    const [dx, dy, fitness] = isThere ? [x, y, Math.sqrt(x * x + y * y)] : [null, null, null];
+    const rank = world.isWhole ? rankOf(world.values.fitness, design) : "not known yet";
+    return { design, dx, dy, fitness, rank };
+  });
   const rows = [
-    ["design", (i) => i],
-    ["digits", digitsOf],
-    ["voxels, active", (i) => ["0", "2"].map((d, k) => [...digitsOf(i)].filter((e) => (e === d) === !!k).length).join(", ")],
-    ["in one piece", (i) => (atlas.is_connected[i] ? "yes" : "no")],
-    ["fitness", (i) => fitness[i], 4],
-    ["published", (i) => atlas.fitness[i], 4],
-    ["step error, voxel widths", (i) => atlas.step_error[i], 4],
-    ["published, under noise", (i) => atlas.noise[i], 2],
-    ["rank of 6561", (i) => rankOf(fitness, i)],
-    ["dx", (i) => dx[i], 2],
-    ["dy", (i) => dy[i], 2],
-    ["heading, °", (i) => (fitness[i] ? heading(dx[i], dy[i]) : "none"), 1],
+    ["design", ({ design }) => design],
+    ["digits", ({ design }) => digitsOf(design)],
+    ["voxels, active", ({ design }) => atlas.counts[design].join(", ")],
+    ["in one piece", ({ design }) => (atlas.is_connected[design] ? "yes" : "no")],
+    ["fitness", ({ fitness }) => fitness, 4],
+    ["published", ({ design }) => atlas.fitness[design], 4],
+    ["step error, voxel widths", ({ design }) => atlas.step_error[design], 4],
+    ["published, under noise", ({ design }) => atlas.noise[design], 2],
+    ["rank of 6561", ({ rank }) => rank],
+    ["dx", ({ dx }) => dx, 2],
+    ["dy", ({ dy }) => dy, 2],
+    ["heading, °", ({ dx, dy, fitness }) => (fitness ? heading(dx, dy) : "none"), 1],
   ];
   const row = (name, texts, tag, scope) =>
     element("tr", {}, name, ...texts.map((text) => element(tag, { text, ...scope })));
-  const isTwo = designs.length > 1;
+  const isTwo = columns.length === 2;
   const body = rows.map(([name, of, decimals]) => {
-    const given = designs.map(of);
+    const given = told.map(of);
     const isCount = decimals === undefined;
     const texts = given.map((v) => (isCount || v === "none" ? v : number(v, decimals)));
     if (isTwo) {
@@ -64,7 +79,8 @@ export function fillFacts(table, designs, atlas, { dx, dy, fitness }) {
     }
     return row(element("th", { text: name, scope: "row" }), texts, "td");
   });
-  const names = isTwo ? ["A", "B", "B − A"] : ["A"];
+  const names = columns.map(({ name }) => name);
+  if (isTwo) names.push(names.join() === "A,B" ? "B − A" : "difference");
   table.replaceChildren(row(element("td"), names, "th", { scope: "col" }), ...body);
 }
 

@@ -89,3 +89,38 @@ function base64(array) {
   for (let k = 0; k < bytes.length; k += 0x8000) text += String.fromCharCode(...bytes.subarray(k, k + 0x8000));
   return btoa(text);
 }
+
+/**
+ * Return recordings of the same designs in several worlds, called by names, as one: on one clock,
+ * the coarsest, each frame the nearest in time, and the last where a recording has ended.
+ */
+export function together(recordings, names) {
+  const [first] = recordings;
+  if (recordings.length === 1) return first;
+  const step = Math.max(...recordings.map((one) => one.seconds_per_frame));
+  const ends = recordings.map((one) => ((one.frames - 1) * one.seconds_per_frame) / step);
+  const frames = 1 + Math.floor(Math.max(...ends) + 1e-6);
+  const cycles = ((frames - 1) * step - first.settle_time) * first.frequency_hz;
+  const robots = first.robots.flatMap((_, i) => recordings.map((one, k) => timed(one, i, step, frames, names[k])));
+  return { ...first, frames, seconds_per_frame: step, cycles, robots };
+}
+
+function timed({ frames, seconds_per_frame, robots }, i, step, count, name) {
+  const robot = robots[i];
+  const speed = step / seconds_per_frame;
+  const rows = (text) => {
+    const bytes = atob(text);
+    const size = bytes.length / frames;
+    const at = (frame) => size * Math.min(Math.round(frame * speed), frames - 1);
+    return btoa(Array.from({ length: count }, (_, frame) => bytes.slice(at(frame), at(frame) + size)).join(""));
+  };
+  const { centre, position, quaternion, edge } = robot;
+  const moving = Object.entries({ centre, position, quaternion, edge }).map(([key, text]) => [key, rows(text)]);
+  return {
+    ...robot,
+    ...Object.fromEntries(moving),
+    label: `${name}: ${robot.label}`,
+    short_label: `${name}: ${robot.short_label}`,
+    last: Math.min(Math.floor(robot.last / speed), count - 1),
+  };
+}

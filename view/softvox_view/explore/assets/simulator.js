@@ -57,7 +57,10 @@ export class Simulator {
     return this.simulate(ALL, physics, options);
   }
 
-  /** Return designs in motion, for the player: before anything else that waits. */
+  /**
+   * Return designs in motion, before anything else that waits: {recording: for the player, moved:
+   * their displacements}.
+   */
   async recording(designs, physics = {}) {
     const checked = physicsOf(this.#known, physics);
     const { frequency_hz, duration } = checked;
@@ -66,6 +69,7 @@ export class Simulator {
     const every = Math.max(1, Math.round(duration / timeStep(checked) / count));
     const batch = batchOf(this.#known, checked, designs, { frames: every });
     const made = await this.#pool.run(batch, { isUrgent: true });
-    return recordingOf(made, checked, designs, every, this.#known.style);
+    const recording = recordingOf(made, checked, designs, every, this.#known.style);
+    return { recording, moved: displacementsOf(made.facts, checked, designs) };
   }
 }

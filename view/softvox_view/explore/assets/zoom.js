@@ -6,10 +6,19 @@ const NEAREST_CELLS = 3; // across
 const ZOOM_PER_LINE = 1.1; // of a wheel
 const TREMBLE = 6; // px: a press that moves less is still a click
 
-/** A square of cells, {left, bottom, span}; places are shares [across, up] of it. */
+/**
+ * A square of cells, {left, bottom, span}; places are shares [across, up] of it. Maps that share one
+ * are moved together: each of its watchers is called after a move.
+ */
 export class MapWindow {
+  watchers = [];
+
   constructor(side) {
     Object.assign(this, { side, left: 0, bottom: 0, span: side });
+  }
+
+  moved() {
+    for (const watcher of this.watchers) watcher();
   }
 
   get isWhole() {
@@ -49,9 +58,9 @@ export class MapWindow {
 
 /**
  * Let mouse and touch move a window over its canvas: the wheel and two fingers zoom, a drag pans.
- * Calls onMove() then, onPoint(place) under a mouse, or null where it has left, and onPick(place).
+ * Calls onPoint(place) under a mouse, or null where it has left, and onPick(place).
  */
-export function gestures(canvas, seen, { onMove, onPoint, onPick }) {
+export function gestures(canvas, seen, { onPoint, onPick }) {
   const pressed = new Map(); // by pointer: {x, y} in pixels
   let start = null;
   let isDrag = false;
@@ -75,7 +84,7 @@ export function gestures(canvas, seen, { onMove, onPoint, onPick }) {
     if (seen.isWhole && lines > 0) return; // meant for the page
     event.preventDefault();
     seen.zoom(ZOOM_PER_LINE ** -Math.min(Math.max(lines, -4), 4), of(event));
-    onMove();
+    seen.moved();
     onPoint(of(event));
   });
   on("pointerdown", (event) => {
@@ -94,7 +103,7 @@ export function gestures(canvas, seen, { onMove, onPoint, onPick }) {
     const now = fingers();
     seen.pan(now.middle[0] - before.middle[0], now.middle[1] - before.middle[1]);
     seen.zoom(now.apart / before.apart, now.middle);
-    onMove();
+    seen.moved();
   });
   for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) {
     on(type, ({ pointerId }) => pressed.delete(pointerId));

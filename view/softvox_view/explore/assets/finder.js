@@ -1,0 +1,99 @@
+// Which designs are looked at: filters, the fittest of those that pass, and one by chance.
+
+import { heading } from "./colours.js";
+import { element, find } from "./page.js";
+import { digitsOf, drawRobot } from "./robot.js";
+
+/** Filters as the address has them; "" lets all pass. */
+export const FILTERS = { voxels: "", active: "", towards: "", robust: "", each: "" };
+const SECTOR = 22.5; // degrees to both sides of a heading
+const PAGE = 12; // robots
+
+/** Return which designs pass, a row of true and false. */
+export function passing(filters, { counts, noise, fitness: published }, { dx, dy, fitness }) {
+  const { voxels, active, towards, robust } = filters;
+  const turn = (i) => Math.abs(((heading(dx[i], dy[i]) - towards + 540) % 360) - 180);
+  return fitness.map((value, i) => {
+    const [there, pumped] = counts[i];
+    if (voxels && there !== Number(voxels)) return false;
+    if (active && pumped !== Number(active)) return false;
+    if (towards && !(value > 0 && turn(i) <= SECTOR)) return false;
+    return !robust || (published[i] > 0 && noise[i] / published[i] >= Number(robust));
+  });
+}
+
+/** Return how many voxels designs have, and how many of them are active. */
+export function countsOf(designs) {
+  return designs.map((design) => {
+    const digits = digitsOf(design);
+    return [digits.replaceAll("0", "").length, digits.replace(/[01]/g, "").length];
+  });
+}
+
+/** Return the fittest first of the designs that pass; of each class the first where classes are given. */
+export function leadersOf(ranking, passes, classes) {
+  const told = new Set();
+  return ranking.filter((design) => {
+    if (!passes[design] || (classes && told.has(classes[design]))) return false;
+    if (classes) told.add(classes[design]);
+    return true;
+  });
+}
+
+/** The panel: onFilter(filters) is called when one was changed, onPick(design) when a robot was chosen. */
+export class Finder {
+  #form = find("filters");
+  #all = []; // that pass, the fittest first
+  #shown = PAGE;
+
+  constructor(onFilter, onPick) {
+    const numbers = Array.from({ length: 9 }, (_, n) => new Option(n, n));
+    for (const name of ["voxels", "active"]) this.#form[name].append(...numbers.map((o) => o.cloneNode(true)));
+    this.#form.addEventListener("change", () => onFilter(this.filters));
+    find("random").addEventListener("click", () => {
+      if (this.#all.length) onPick(this.#all[Math.floor(Math.random() * this.#all.length)]);
+    });
+    find("more").addEventListener("click", () => this.#draw((this.#shown += PAGE)));
+    find("leaders").addEventListener("click", ({ target }) => {
+      const button = target.closest("button");
+      if (button) onPick(button.dataset.design);
+    });
+  }
+
+  get filters() {
+    return { ...FILTERS, ...Object.fromEntries(new FormData(this.#form)) };
+  }
+
+  /** Set filters; return the names of those that there are not. */
+  set(filters) {
+    return Object.keys(FILTERS).filter((name) => {
+      const field = this.#form[name];
+      if (field.type === "checkbox") field.checked = filters[name] === field.value;
+      else field.value = filters[name];
+      return filters[name] && this.filters[name] !== filters[name];
+    });
+  }
+
+  /** Show the fittest of a list of all that pass, the fittest first. */
+  show(all, fitness, total) {
+    this.#all = all;
+    this.fitness = fitness;
+    find("passing").textContent = `${total} of ${fitness.length} designs pass`;
+    find("passing").hidden = total === fitness.length;
+    this.#draw((this.#shown = PAGE));
+  }
+
+  #draw() {
+    const cards = this.#all.slice(0, this.#shown).map((design, k) => {
+      const value = this.fitness[design]?.toFixed(2) ?? "diverged";
+      const svg = element("svg:svg", { viewBox: "-1.7 -1.9 3.4 3.3", "aria-hidden": "true" });
+      drawRobot(svg, digitsOf(design));
+      const name = `${k + 1}: design ${design}, fitness ${value}`;
+      const words = [element("b", { text: design }), element("span", { text: value })];
+      const button = { type: "button", "data-design": design, "aria-label": name };
+      return element("li", {}, element("button", button, svg, ...words));
+    });
+    find("leaders").replaceChildren(...cards);
+    find("more").hidden = this.#all.length <= this.#shown;
+  }
+}

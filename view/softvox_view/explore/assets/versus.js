@@ -1,0 +1,104 @@
+// Two worlds beside each other: how alike their ranks are, and a picture of them.
+
+import { ranking } from "./panels.js";
+
+const NEAR = 12; // canvas pixels: how far from a point a click still means it
+const MARGIN = 8;
+
+/** Kendall's tau-b of two rows of numbers, after Knight (1966): in n log n steps. */
+export function kendall(first, second) {
+  const count = first.length;
+  const places = [...first.keys()].sort((i, j) => first[i] - first[j] || second[i] - second[j]);
+  const levels = new Map([...new Set(second)].sort((a, b) => a - b).map((value, k) => [value, k + 1]));
+  const seen = new Int32Array(levels.size + 1); // a Fenwick tree: how many of each level came before
+  let disagreeing = 0;
+  places.forEach((place, before) => {
+    const level = levels.get(second[place]);
+    let upToIt = 0;
+    for (let k = level; k > 0; k -= k & -k) upToIt += seen[k];
+    for (let k = level; k < seen.length; k += k & -k) seen[k] += 1;
+    disagreeing += before - upToIt;
+  });
+  const [pairs, a, b] = [(count * (count - 1)) / 2, tied(first), tied(second)];
+  const both = tied(first.map((value, i) => `${value} ${second[i]}`));
+  return (pairs - a - b + both - 2 * disagreeing) / Math.sqrt(pairs - a) / Math.sqrt(pairs - b);
+}
+
+/** How many pairs of values are equal. */
+function tied(values) {
+  const counts = new Map();
+  for (const value of values) counts.set(value, (counts.get(value) ?? 0) + 1);
+  return [...counts.values()].reduce((sum, n) => sum + (n * (n - 1)) / 2, 0);
+}
+
+/**
+ * Make a scatter of ranks of a canvas, the best to the right and at the top; it calls onPick(design)
+ * and onPoint(design or null). Returns show({fitness: two rows, top, marks, point}), of which what is
+ * missing stays.
+ */
+export function scatter(canvas, onPick, onPoint) {
+  const pen = canvas.getContext("2d");
+  const size = canvas.width;
+  let points = []; // [x, y] by design
+  let order = [];
+  let shown = { top: 100, marks: {}, point: null };
+
+  function near({ clientX, clientY }) {
+    const box = canvas.getBoundingClientRect();
+    const scale = size / box.width;
+    const [x, y] = [(clientX - box.left) * scale, (clientY - box.top) * scale];
+    const far = points.map(([px, py]) => Math.hypot(px - x, py - y));
+    const least = far.reduce((best, distance, i) => (distance < far[best] ? i : best), 0);
+    return far[least] < NEAR * scale ? least : null;
+  }
+
+  function place(fitness) {
+    const along = fitness.map((row) => {
+      const ranks = [];
+      ranking(row).forEach((design, rank) => (ranks[design] = 1 - rank / row.length));
+      return ranks;
+    });
+    const at = (share) => MARGIN + share * (size - 2 * MARGIN);
+    points = along[0].map((share, i) => [at(share), size - at(along[1][i])]);
+    order = ranking(fitness[0]);
+  }
+
+  function ring(design, text = "") {
+    if (!points[design]) return;
+    const [x, y] = points[design];
+    pen.beginPath();
+    pen.arc(x, y, 7, 0, 2 * Math.PI);
+    pen.stroke();
+    pen.fillText(text, x + (x < size - 40 ? 18 : -18), y + 5);
+  }
+
+  function draw() {
+    const colours = getComputedStyle(canvas);
+    const of = (name) => colours.getPropertyValue(name);
+    pen.clearRect(0, 0, size, size);
+    const dot = (design, width) => pen.fillRect(points[design][0] - width / 2, points[design][1] - width / 2, width, width);
+    pen.fillStyle = of("--dot");
+    order.slice(shown.top).forEach((design) => dot(design, 2.5));
+    pen.fillStyle = of("--best");
+    order.slice(0, shown.top).forEach((design) => dot(design, 6));
+    pen.strokeStyle = pen.fillStyle = of("--ink");
+    pen.lineWidth = 2.5;
+    pen.font = "bold 17px system-ui, sans-serif";
+    pen.textAlign = "center";
+    for (const [letter, design] of Object.entries(shown.marks)) if (design) ring(design, letter);
+    if (shown.point !== null) ring(shown.point);
+  }
+
+  canvas.addEventListener("pointermove", (event) => onPoint(near(event)));
+  canvas.addEventListener("pointerleave", () => onPoint(null));
+  canvas.addEventListener("click", (event) => {
+    const design = near(event);
+    if (design !== null) onPick(design);
+  });
+
+  return ({ fitness, ...what }) => {
+    shown = { ...shown, ...what };
+    if (fitness) place(fitness);
+    draw();
+  };
+}
