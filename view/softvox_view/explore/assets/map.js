@@ -10,7 +10,7 @@ const KEY_ZOOMS = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, 0: 0 };
 const ROBOT_CELL = 34; // px: robots are drawn in cells that are as wide,
 const MOST_ROBOTS = 14; // and this many across at most
 const ARROW_ROOM = 24; // px that an arrow needs
-const TOP_COLOUR = "#ff2d6f";
+const TOP_COLOUR = "#f0003c";
 const PICTURE = 648; // px: of the map to download
 // The nested squares: cells along a side, how thick their lines are, and how opaque.
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
@@ -51,6 +51,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
     const share = (k, low) => (k + 0.5 - low) / seen.span;
     const isSeen = isAtCursor && cursor && sheet.has(cursor);
     seen.zoom(factor, isSeen ? [share(cursor[0], seen.left), share(cursor[1], seen.bottom)] : undefined);
+    if (isSeen) seen.include(cursor);
     moved();
   }
 
@@ -180,7 +181,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint) {
 
   function layers() {
     drawCells();
-    sheet.lines(TOP_COLOUR, Math.min(Math.max(1.5, sheet.cell / 12), 3), (pen) => {
+    sheet.lines(TOP_COLOUR, Math.min(Math.max(1.8, sheet.cell / 12), 3), (pen) => {
       for (const [from, to] of painted.edges) {
         pen.moveTo(...sheet.at(from));
         pen.lineTo(...sheet.at(to));

@@ -22,17 +22,12 @@ export class MapWindow {
     return [on(this.left + across * this.span), on(this.bottom + up * this.span)];
   }
 
-  /** Zoom in by a factor about a place, which stays where it is. */
-  zoom(factor, [across, up] = [0.5, 0.5]) {
+  /** Zoom in by a factor; what was seen at one place is seen at another then, as a rule the same. */
+  zoom(factor, from = [0.5, 0.5], to = from) {
     const span = Math.min(Math.max(this.span / factor, NEAREST_CELLS), this.side);
-    const [left, bottom] = [across, up].map((share) => share * (this.span - span));
+    const [left, bottom] = from.map((share, axis) => share * this.span - to[axis] * span);
     this.span = span;
     this.#moveTo(this.left + left, this.bottom + bottom);
-  }
-
-  /** Let what is seen go by shares of the window to the right and upward. */
-  pan(across, up) {
-    this.#moveTo(this.left - across * this.span, this.bottom - up * this.span);
   }
 
   /** Move as little as shows a whole cell. */
@@ -92,8 +87,7 @@ export function gestures(canvas, seen, { onMove, onPoint, onPick }) {
     const before = fingers();
     pressed.set(pointerId, { x, y });
     const now = fingers();
-    seen.pan(now.middle[0] - before.middle[0], now.middle[1] - before.middle[1]);
-    seen.zoom(now.apart / before.apart, now.middle);
+    seen.zoom(now.apart / before.apart, before.middle, now.middle);
     onMove();
   });
   for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) {
