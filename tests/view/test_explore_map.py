@@ -132,7 +132,7 @@ def test_the_wheel_zooms_about_the_cursor_until_robots_are_drawn(driver, page):
     robots = int(shown(driver, "map", "dataset.robots"))
     assert (np.floor(span) - 1) ** 2 <= robots <= (np.ceil(span) + 1) ** 2
     colours = map_pixels(driver)
-    assert (np.abs(colours - [242, 69, 56]).max(axis=2) < 4).mean() > 0.004  # active voxels
+    assert (np.abs(colours - [242, 69, 56]).max(axis=2) < 4).mean() > 0.003  # active voxels
     wheel(driver, -30)
     assert seen(driver).tolist() == [0, 0, SIDE]
     assert shown(driver, "map", "dataset.robots") == "0"
@@ -169,8 +169,8 @@ def test_keys_and_buttons_zoom_as_well(driver, page):
     assert seen(driver)[1] == pytest.approx(21 - span, abs=0.02)  # it follows the cursor
     canvas.send_keys("0")
     assert np.array_equal(seen(driver), [0, 0, SIDE])
-    for label, smaller in (("zoom in", True), ("whole map", False)):
-        one(driver, f"#zoom [aria-label='{label}']").click()
+    for button, smaller in ((1, True), (3, False)):
+        one(driver, f"#zoom :nth-child({button})").click()
         assert (seen(driver)[2] < SIDE) == smaller
 
 
@@ -252,11 +252,11 @@ def test_searchers_are_seen_beside_each_other_and_are_in_the_address(driver, pag
     until(lambda: shown(driver, "curve", "querySelectorAll('path').length") == 2)
     address = driver.current_url.partition("#")[2]
     assert address == "searcher=hill_climber&seed=1&budget=30&also=random.1.30"
-    rows = [row.text.split("\n") for row in driver.find_elements("css selector", "#path-list li")]
-    assert [row[0] for row in rows] == ["random, seed 1", "hill_climber, seed 1"]
+    rows = [row.text for row in driver.find_elements("css selector", "#path-list output")]
+    assert [row.partition(":")[0] for row in rows] == ["random, seed 1", "hill_climber, seed 1"]
     table = softvox_gym.landscape()["fitness"]
     for row in rows:
-        best, regret = map(float, re.findall(r"\d+\.\d+", " ".join(row)))
+        best, regret = map(float, re.findall(r"\d+\.\d+", row))
         assert best + regret == pytest.approx(table[OPTIMUM], abs=0.011)
     both = map_pixels(driver)
     opened(driver, page, address)

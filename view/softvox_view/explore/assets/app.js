@@ -6,12 +6,12 @@ import { Controls } from "./controls.js";
 import { Legend, NO_SCALE, scaleChecks } from "./legend.js";
 import { landscapeMap } from "./map.js";
 import { element, find, latest, save, sayTouch, unpacked } from "./page.js";
-import { changesOf, csvOf, fillFacts, inShort, wordsOf } from "./panels.js";
+import { changesOf, csvOf, fillFacts, inShort, ranking, TOP, wordsOf } from "./panels.js";
 import { NO_PATH, Paths } from "./paths.js";
 import { physicsWritten, Refused } from "./physics.js";
 import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
 import { Simulator } from "./simulator.js";
-import { zoomButtons } from "./zoom.js";
+import { MapWindow } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...NO_PATH };
@@ -54,11 +54,12 @@ let ending = new AbortController(); // of that
 const kept = new Map(); // landscapes by their parameters, so that going back costs nothing
 const controls = new Controls(find("sliders"), known, (parameters) => want({ parameters }));
 const showDrawing = editor(find("editor"), choose);
-const map = landscapeMap(find("map"), atlas, choose, (design) => {
+const zoomed = new MapWindow(atlas.side);
+const pointAt = (design) => {
   drawRobot(find("hover-robot"), digitsOf(design));
   find("hover-text").textContent = inShort(design, atlas, drafted ?? values);
-});
-zoomButtons(find("zoom"), map.zoom);
+};
+const map = landscapeMap(find("map"), atlas, choose, pointAt, zoomed);
 const legend = new Legend((changes) => {
   record(changes, true);
   paint();
@@ -232,7 +233,10 @@ function showLandscape(made, warnings) {
 }
 
 function paint() {
-  map.paint(legend.show(seen, atlas, drafted ?? values, Boolean(drafted)));
+  const now = drafted ?? values;
+  const made = legend.show(seen, atlas, now, Boolean(drafted));
+  const top = seen.outline && !drafted ? ranking(now.fitness).slice(0, TOP) : [];
+  map.paint({ ...made, top, arrows: seen.map === "heading" && now });
 }
 
 function showRobots(recording) {
@@ -291,15 +295,16 @@ const actions = {
     record({ map: find("kind").value }, true);
     paint();
   },
+  "zoom click": ({ target: { dataset } }) => dataset.factor && zoomed.zoom(Number(dataset.factor)),
   "reset click"() {
     controls.parameters = {};
     want({ parameters: {} });
   },
   "save-csv click": () => save(csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
-    const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
-    const picture = await pictureOf(map.picture(), find("scale"), words, wordsOf(seen.parameters));
-    save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
+    const words = ["low", "unit", "high"].map((id) => find(id).textContent);
+    const physics = wordsOf(seen.parameters);
+    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
     const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
