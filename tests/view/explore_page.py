@@ -103,6 +103,14 @@ def map_pixels(driver):
     return np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(float)
 
 
+def cell_colours(driver):
+    """Return the colour in the middle of every design's cell, while the whole map is seen."""
+    pixels = map_pixels(driver)
+    row, column = cell_of(np.arange(6561))
+    middle = ((np.arange(SIDE) + 0.5) * len(pixels) / SIDE).astype(int)
+    return pixels[middle[SIDE - 1 - row], middle[column]]
+
+
 def kept(driver, name):
     """Keep a picture for the documentation."""
     if PICTURES:

@@ -17,6 +17,7 @@ from explore_page import (
     SHORT,
     SHORT_STATE,
     applied,
+    cell_colours,
     entered,
     facts,
     fitness_with,
@@ -37,7 +38,7 @@ from softvox_gym.manifest import digest
 from softvox_gym.verify import GOLDEN
 from softvox_view.explore.page import page as whole_page
 from softvox_view.explore.paths import packed
-from softvox_view.tessellation import SIDE, cell_of
+from softvox_view.tessellation import cell_of
 
 image = pytest.importorskip("PIL.Image")
 
@@ -60,15 +61,12 @@ def test_it_loads_without_an_error_and_asks_nobody_else(driver, page):
 
 def test_lighter_is_fitter_on_the_map(driver, page):
     opened(driver, page)
-    pixels = map_pixels(driver)
     fitness = softvox_gym.landscape()["fitness"]
     row, column = cell_of(np.arange(6561))
     # Cells near the mark of the design shown may lie under it.
     own = cell_of(6453)
     free = np.maximum(abs(row - own[0]), abs(column - own[1])) > 5
-    cell = len(pixels) // SIDE
-    colours = pixels[(SIDE - 1 - row) * cell + cell // 2, column * cell + cell // 2]
-    lightness = colours @ [0.2126, 0.7152, 0.0722]
+    lightness = cell_colours(driver) @ [0.2126, 0.7152, 0.0722]
     order = np.flatnonzero(free)[np.argsort(fitness[free])]
     falls = lightness[order][:-1] - lightness[order][1:]
     assert falls.max() <= 1  # a count of 255: the anchors are rounded
@@ -125,6 +123,8 @@ def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, pa
 
 def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, page):
     opened_short(driver, page)
+    high = shown(driver, "high")
+    one(driver, "#lock").click()
     entered(driver, "#value-gravity", "-3")
     until(lambda: re.match("[1-9][0-9]* of 6561", shown(driver, "progress-text")))
     grey = (map_pixels(driver) == [226, 230, 235]).all(axis=2).mean()
@@ -138,6 +138,10 @@ def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, page):
     assert f"★ {fitness.argmax()} is" in told
     until(lambda: facts(driver)["fitness"] == [f"{fitness[6453]:.4f}"])
     assert facts(driver)["published"] == ["4.6573"]
+    assert shown(driver, "high") == high != f"{fitness.max():.2f}"
+    one(driver, "#lock").click()
+    until(lambda: shown(driver, "high") == f"{fitness.max():.2f}")
+    assert shown(driver, "scale-note") == f"Rescaled: it ended at {high} before."
     one(driver, "#kind").send_keys("difference")
     most = np.abs(fitness - before).max()
     until(lambda: shown(driver, "high") == f"+{most:.2f}")
@@ -290,7 +294,8 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
     for name in ("dx", "dy", "fitness"):
         assert [float(row[name]) for row in rows] == table[name].tolist()
     with image.open(tmp_path / "landscape-fitness.png") as picture:
-        assert picture.size == (680, 750)
+        side = shown(driver, "map", "width")
+        assert picture.size == (side + 32, side + 102)
     opened_short(driver, page)
     for button, name in {
         "save-csv": "landscape_duration_0.4.csv",
@@ -382,16 +387,16 @@ def test_the_page_simulates_any_designs_to_the_native_bits(driver, page):
 
 
 def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page):
-    opened(driver, page, "map=rank")
-    pixels = map_pixels(driver)
-    row, column = cell_of(np.arange(6561))
-    cell = len(pixels) // SIDE
-    colours = pixels[(SIDE - 1 - row) * cell + cell // 2, column * cell + cell // 2]
+    opened(driver, page, "map=rank")  # as an older address has it
+    colours = cell_colours(driver)
     order = np.argsort(softvox_gym.landscape()["fitness"])
     medians = [np.median(colours[part], axis=0) for part in np.array_split(order, 10)]
     steps = np.linalg.norm(np.diff(medians, axis=0), axis=1)
     assert steps.min() > 0.3 * steps.max()
-    assert (shown(driver, "low"), shown(driver, "high")) == ("last", "first")
+    assert (shown(driver, "kind", "value"), shown(driver, "by", "value")) == ("fitness", "rank")
+    assert (shown(driver, "low"), shown(driver, "high")) == ("0", "4.66")
+    one(driver, "#by").send_keys("value")
+    until(lambda: not np.array_equal(cell_colours(driver), colours))
 
 
 def test_what_is_said_well_does_not_look_like_an_error(driver, page):

@@ -17,7 +17,7 @@ import { Simulator } from "./simulator.js";
 import { story } from "./story.js";
 import { kendall, scatter } from "./versus.js";
 import { valuesOf, World } from "./world.js";
-import { MapWindow, zoomButtons } from "./zoom.js";
+import { MapWindow } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH };
@@ -72,12 +72,11 @@ const finder = new Finder((filters) => {
   paint();
   showLeaders();
 }, choose);
-const mapWindow = new MapWindow(atlas.side);
+const zoomed = new MapWindow(atlas.side);
 const maps = MAPS.map((id) => {
   find(id).addEventListener("pointerleave", () => pointAt(null, id));
-  return landscapeMap(find(id), atlas, mapWindow, choose, (design) => pointAt(design, id));
+  return landscapeMap(find(id), atlas, choose, (design) => pointAt(design, id), zoomed);
 });
-zoomButtons(find("zoom"), maps[0].zoom);
 const legend = new Legend((changes) => {
   record(changes, true);
   paint();
@@ -251,7 +250,7 @@ function paint() {
     maps[k].paint({
       ...made,
       colour: (design) => faded(made.colour(first + design), seenPasses[design]),
-      arrows: made.arrows && values,
+      arrows: seen.map === "heading" && values,
       top: seen.outline && !isDraft ? ranking(values.fitness).slice(0, TOP) : [],
     });
     find(["name-a", "name-b"][k]).textContent = name;
@@ -387,6 +386,7 @@ const actions = {
     record({ map: find("kind").value }, true);
     paint();
   },
+  "zoom click": ({ target: { dataset } }) => dataset.factor && zoomed.zoom(Number(dataset.factor)),
   "reset click"() {
     controls.parameters = {};
     want({ parameters: {} });

@@ -65,7 +65,7 @@ function headings({ dx, dy, fitness }) {
   };
   const unit = "heading, 0° is +x; white: hardly travels";
   const explained = { low: "−180°", high: "180°", unit, shown: angles, range: [-180, 180] };
-  return { colour, scale, grid: DARK, arrows: { dx, dy }, ...explained };
+  return { colour, scale, grid: DARK, ...explained };
 }
 
 function differences(now, before, top) {
@@ -93,8 +93,8 @@ export function drawScale(canvas, scale) {
   }
 }
 
-/** A picture of the map as a PNG: under it its scale, {low, unit, high}, and a line about the physics. */
-export function pictureOf(map, scale, { low, unit, high }, physics) {
+/** The map's canvas as a PNG: under it its scale with three words, and a line about the physics. */
+export function pictureOf(map, scale, words, physics) {
   const margin = 16;
   const [bar, line] = [14, 20];
   const below = map.height + 2 * margin;
@@ -111,9 +111,9 @@ export function pictureOf(map, scale, { low, unit, high }, physics) {
   pen.drawImage(scale, margin, below, map.width, bar);
   pen.fillStyle = DARK;
   pen.font = "15px system-ui, sans-serif";
-  write(low, margin, below + bar + line - 2, "left");
-  write(unit, width / 2, below + bar + line - 2, "center");
-  write(high, width - margin, below + bar + line - 2, "right");
+  write(words[0], margin, below + bar + line - 2, "left");
+  write(words[1], width / 2, below + bar + line - 2, "center");
+  write(words[2], width - margin, below + bar + line - 2, "right");
   write(physics, width / 2, below + bar + 2 * line, "center");
   return all.convertToBlob();
 }

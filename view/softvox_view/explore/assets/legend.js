@@ -58,7 +58,7 @@ export class Legend {
     const isCyclic = map === "heading";
     find("legend").classList.toggle("cyclic", isCyclic);
     drawScale(find("scale"), made.scale);
-    if (isCyclic) drawRing(find("ring"), made.scale, binned(made, SECTORS));
+    if (isCyclic) drawRing(find("ring").firstElementChild, made.scale, binned(made, SECTORS));
     else find("histogram").firstElementChild.setAttribute("d", histogram(binned(made, BINS)));
     return made;
   }
@@ -97,20 +97,16 @@ function histogram(counts) {
 }
 
 /** Draw the key of headings: a ring of their colours, and in it how many go each way. */
-function drawRing(svg, scale, counts) {
-  const at = (share, r) => [Math.cos, Math.sin].map((f, k) => (k ? -1 : 1) * r * f((2 * share - 1) * Math.PI));
-  const sector = (k, from, to, attributes) => {
-    const [a, b] = [k / SECTORS, (k + 1) / SECTORS];
-    const corners = [at(a, from), at(b, from), at(b, to), at(a, to)];
-    return element("svg:polygon", { points: corners.join(" "), ...attributes });
-  };
-  const ring = counts.map((_, k) => {
-    const fill = `rgb(${scale((k + 0.5) / SECTORS).map(Math.round).join(" ")})`;
-    return sector(k, 0.72, 1, { fill, stroke: fill, "stroke-width": 0.02 });
-  });
+function drawRing(parent, scale, counts) {
   const most = Math.max(...counts, 1);
-  const rose = counts.map((count, k) => sector(k, 0, (0.64 * count) / most, { fill: "currentColor" }));
-  const words = [["0° +x", 1.1, 0.08, "start"], ["90° +y", 0, -1.12, "middle"], ["180°", -1.1, 0.08, "end"], ["−90°", 0, 1.34, "middle"]];
-  const labels = words.map(([text, x, y, anchor]) => element("svg:text", { text, x, y, "text-anchor": anchor }));
-  svg.replaceChildren(...ring, ...rose, ...labels);
+  const corner = (k, r) => [-r * Math.cos((2 * Math.PI * k) / SECTORS), r * Math.sin((2 * Math.PI * k) / SECTORS)];
+  const sector = (k, from, to, fill) => {
+    const points = [corner(k, from), corner(k + 1, from), corner(k + 1, to), corner(k, to)].join(" ");
+    return element("svg:polygon", { points, fill, stroke: fill, "stroke-width": 0.02 });
+  };
+  const sectors = counts.flatMap((count, k) => [
+    sector(k, 0.72, 1, `rgb(${scale((k + 0.5) / SECTORS).map(Math.round).join(" ")})`),
+    sector(k, 0, (0.64 * count) / most, "currentColor"),
+  ]);
+  parent.replaceChildren(...sectors);
 }

@@ -3,29 +3,27 @@
 import { evaluationColour } from "./colours.js";
 import { digitsOf, paintRobot } from "./robot.js";
 import { MARKERS, Sheet } from "./sheet.js";
-import { gestures } from "./zoom.js";
+import { gestures, MapWindow } from "./zoom.js";
 
 const JUMP = 9; // cells, with Shift: the side of a square two levels deep
 const KEY_ZOOMS = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, 0: 0 };
 const ROBOT_CELL = 34; // px: robots are drawn in cells that are as wide,
 const MOST_ROBOTS = 14; // and this many across at most
 const ARROW_ROOM = 24; // px that an arrow needs
-const TOP_COLOUR = "#ff2d6f";
-const PICTURE = 648; // px: of the map to download
+const TOP_COLOUR = "#f0003c";
 // The nested squares: cells along a side, how thick their lines are, and how opaque.
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
 
 /**
- * Make a map of a canvas, of which a MapWindow is seen; it calls onPick(design) and onPoint(design).
- * Returns {paint, show, zoom, picture}.
+ * Make a map of a canvas, of what a MapWindow shows; it calls onPick(design) and onPoint(design).
+ * Returns {paint, show}.
  *
  * paint({colour, grid, arrows, top}) colours the cells: colour(design) is [r, g, b], or null to
  * cross it out; arrows {dx, dy}, to be drawn, and top, designs to outline, may be absent.
  * show(what) shows over the colours: marks {letter: design}; best {from, to}, where the best went,
- * or null; paths [{designs, best, colour}] and upto, of how many evaluations. zoom(factor) zooms in,
- * for 0 to the whole map; picture() is a canvas with what is seen now.
+ * or null; paths [{designs, best, colour}] and upto, of how many evaluations.
  */
-export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
+export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   const pixels = new OffscreenCanvas(side, side);
   const placeOf = []; // [column, row from the bottom] of a design
   cells.forEach((design, k) => (placeOf[design] = [k % side, Math.floor(k / side)]));
@@ -33,11 +31,12 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
   const designAt = ([column, row]) => cells[row * side + column];
   const middleOf = (design) => placeOf[design].map((k) => k + 0.5);
   let [sheet, ratio, width] = [null, 1, canvas.width]; // width in CSS pixels
-  let painted = { diverged: [], grid: "#fff", arrows: () => [], edges: [] };
+  let painted = { diverged: [], grid: "#fff", arrows: () => [], top: [] };
   let cursor = null; // [column, row]
   let shown = { marks: {}, best: null, paths: [], upto: 0 };
 
   const centre = (design) => sheet.at(middleOf(design));
+  const hasRobots = () => sheet.cell >= ROBOT_CELL && seen.span <= MOST_ROBOTS;
 
   function point(place) {
     if (String(place) === String(cursor)) return;
@@ -46,17 +45,12 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
     if (place) onPoint(designAt(place));
   }
 
-  function zoom(factor, isAtCursor = false) {
-    const share = (k, low) => (k + 0.5 - low) / seen.span;
-    const isSeen = isAtCursor && cursor && sheet.has(cursor);
-    seen.zoom(factor, isSeen ? [share(cursor[0], seen.left), share(cursor[1], seen.bottom)] : undefined);
-    seen.moved();
-  }
-
-  /** Draw after the window moved. One finger scrolls the page while the map has nowhere to go. */
-  function moved() {
-    canvas.style.touchAction = seen.isWhole ? "pan-y" : "none";
-    draw();
+  /** Zoom about the cursor, or the middle. */
+  function zoomByKey(factor) {
+    if (!cursor) return seen.zoom(factor);
+    const [x, y] = sheet.at(cursor.map((k) => k + 0.5));
+    seen.zoom(factor, [x / sheet.width, 1 - y / sheet.width]);
+    seen.include(cursor);
   }
 
   function key(event) {
@@ -72,9 +66,8 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
     if (move) {
       const next = place.map((k, axis) => inside(k + move[axis]));
       seen.include(next);
-      seen.moved();
       point(next);
-    } else if (event.key in KEY_ZOOMS) zoom(KEY_ZOOMS[event.key], true);
+    } else if (event.key in KEY_ZOOMS) zoomByKey(KEY_ZOOMS[event.key]);
     else if (event.key === "Enter" || event.key === " ") onPick(designAt(place));
     else return;
     event.preventDefault();
@@ -85,12 +78,11 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
     const { left, bottom, span } = seen;
     pen.imageSmoothingEnabled = false;
     pen.drawImage(pixels, left, side - bottom - span, span, span, 0, 0, sheet.width, sheet.width);
-    const reach = 0.3 * cell;
     sheet.lines("#000", Math.max(1, cell / 20), () => {
       for (const [x, y] of painted.diverged.map(centre)) {
-        for (const slope of [1, -1]) {
-          pen.moveTo(x - reach, y - slope * reach);
-          pen.lineTo(x + reach, y + slope * reach);
+        for (const slope of [0.3 * cell, -0.3 * cell]) {
+          pen.moveTo(x - 0.3 * cell, y - slope);
+          pen.lineTo(x + 0.3 * cell, y + slope);
         }
       }
     });
@@ -112,38 +104,30 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
   /** Draw arrows for squares of so many cells that there is room for one in each. */
   function drawArrows() {
     const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM);
-    // Beside a robot, not on it.
-    const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9];
-    const own = painted.arrows(block).filter(({ place }) => sheet.has(place.map((k) => k - 0.5)));
+    const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9]; // beside a robot, not on it
+    const own = painted.arrows(block).filter(({ place }) => sheet.has(place));
     sheet.outlined(() => {
       for (const { place, angle, share } of own) {
-        const long = Math.max(part * share * block * sheet.cell, 5);
-        sheet.arrow(sheet.at(place.map((k) => k - off)), angle, long);
+        sheet.arrow(sheet.at(place.map((k) => k - off)), angle, Math.max(part * share * block * sheet.cell, 5));
       }
     }, "#fff", 1.5);
   }
 
-  function hasRobots() {
-    return sheet.cell >= ROBOT_CELL && seen.span <= MOST_ROBOTS;
-  }
-
-  /** Draw robots where there is room; returns how many. */
   function drawRobots() {
-    if (!hasRobots()) return 0;
-    const own = cells.filter((design) => sheet.has(placeOf[design]));
+    const own = hasRobots() ? cells.filter((design) => sheet.has(middleOf(design), 0.5)) : [];
     for (const design of own) {
       const [x, y] = centre(design);
       paintRobot(sheet.pen, digitsOf(design), [x, y], 0.24 * sheet.cell);
       if (sheet.cell > 1.6 * ROBOT_CELL) sheet.write(design, x, y + 0.4 * sheet.cell, 11);
     }
-    return own.length;
+    canvas.dataset.robots = own.length;
   }
 
   function drawPath({ designs, best, colour }, k) {
-    const reach = Math.min(Math.max(sheet.cell / 2, 2.6), 6);
     const off = hasRobots() ? 0.36 : 0; // cells: robots are not to be hidden
     const at = (design) => sheet.at(middleOf(design).map((place) => place - off));
     const most = Math.max(...shown.paths.map((path) => path.designs.length));
+    const reach = Math.min(Math.max(sheet.cell / 2, 2.6), 6);
     designs.slice(0, shown.upto).forEach((design, i) => {
       sheet.polygon(MARKERS[k], at(design), reach, evaluationColour(i / most));
     });
@@ -163,65 +147,55 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
   }
 
   function drawMark([letter, design]) {
-    if (!design || !sheet.has(placeOf[design])) return;
+    if (!design || !sheet.has(middleOf(design))) return;
     // Whole also where the cell is at the edge.
     const reach = Math.max(8, sheet.cell / 2 - 2);
     const on = (k, margin) => Math.min(Math.max(k, margin), sheet.width - margin);
     const [x, y] = centre(design).map((k) => on(k, reach + 3));
-    const isSmall = sheet.cell < ROBOT_CELL;
     sheet.outlined((pen) => {
-      if (isSmall) pen.arc(x, y, reach, 0, 2 * Math.PI);
-      else pen.rect(x - reach, y - reach, 2 * reach, 2 * reach);
+      if (hasRobots()) pen.rect(x - reach, y - reach, 2 * reach, 2 * reach);
+      else pen.arc(x, y, reach, 0, 2 * Math.PI);
     });
-    const aside = isSmall ? reach + 12 : reach - 10;
-    const top = isSmall ? y : y - reach + 11;
-    sheet.write(letter, x < sheet.width - aside - 14 ? x + aside : x - aside, on(top, 10), 18);
+    const aside = reach + 12;
+    if (hasRobots()) sheet.write(letter, x - reach + 11, y - reach + 12, 18);
+    else sheet.write(letter, x < sheet.width - aside - 16 ? x + aside : x - aside, on(y, 10), 18);
   }
 
-  function layers() {
+  /** Trace a cell [column, row] and so many pixels around it. */
+  function traceCell(place, margin) {
+    const [x, y] = sheet.at([place[0], place[1] + 1]).map((k) => k - margin);
+    sheet.pen.rect(x, y, sheet.cell + 2 * margin, sheet.cell + 2 * margin);
+  }
+
+  function draw() {
+    sheet = new Sheet(canvas.getContext("2d"), width, seen);
+    sheet.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     drawCells();
-    sheet.lines(TOP_COLOUR, Math.min(Math.max(1.5, sheet.cell / 12), 3), (pen) => {
-      for (const [from, to] of painted.edges) {
-        pen.moveTo(...sheet.at(from));
-        pen.lineTo(...sheet.at(to));
-      }
+    sheet.lines(TOP_COLOUR, Math.min(Math.max(1.8, sheet.cell / 12), 3), () => {
+      for (const design of painted.top) traceCell(placeOf[design], 0);
     });
-    const robots = drawRobots();
+    drawRobots();
     drawArrows();
     shown.paths.forEach(drawPath);
     if (shown.best) drawBest(shown.best);
     Object.entries(shown.marks).forEach(drawMark);
-    return robots;
-  }
-
-  function draw() {
-    const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    sheet = new Sheet(pen, width, seen);
-    const { left, bottom, span } = seen;
-    const robots = layers();
-    Object.assign(canvas.dataset, { robots, window: [left, bottom, span].map((k) => k.toFixed(2)).join(" ") });
-    if (!cursor) return;
-    const [x, y] = sheet.at([cursor[0], cursor[1] + 1]);
-    sheet.outlined(() => pen.rect(x - 1, y - 1, sheet.cell + 2, sheet.cell + 2));
+    if (cursor) sheet.outlined(() => traceCell(cursor, 1));
+    canvas.dataset.window = [seen.left, seen.bottom, seen.span].map((k) => k.toFixed(2)).join(" ");
+    canvas.style.touchAction = seen.isWhole ? "pan-y" : "none"; // one finger scrolls the page, or pans
   }
 
   canvas.addEventListener("keydown", key);
-  gestures(canvas, seen, {
-    onPoint: (place) => point(place && seen.cellAt(place)),
-    onPick(place) {
-      point(seen.cellAt(place));
-      onPick(designAt(cursor));
-    },
+  gestures(canvas, seen, (place) => point(place && seen.cellAt(place)), (place) => {
+    point(seen.cellAt(place));
+    onPick(designAt(cursor));
   });
+  seen.watchers.push(draw);
   new ResizeObserver(() => {
     if (!canvas.clientWidth) return;
     [ratio, width] = [devicePixelRatio, canvas.clientWidth];
     canvas.width = canvas.height = Math.round(ratio * width);
     draw();
   }).observe(canvas);
-  seen.watchers.push(moved);
-  moved();
 
   return {
     paint({ colour, grid, arrows, top = [] }) {
@@ -237,20 +211,13 @@ export function landscapeMap(canvas, { side, cells }, seen, onPick, onPoint) {
       pixels.getContext("2d").putImageData(image, 0, 0);
       const made = {}; // by the squares' side, once they are asked for
       const arrowsFor = (block) => (made[block] ??= arrows ? arrowsOf(arrows, cells, side, block) : []);
-      painted = { diverged, grid, arrows: arrowsFor, edges: edgesOf(top.map((design) => placeOf[design])) };
+      painted = { diverged, grid, arrows: arrowsFor, top };
       canvas.dataset.outlined = top.length;
       draw();
     },
     show(what) {
       shown = { ...shown, ...what };
       draw();
-    },
-    zoom,
-    picture() {
-      const made = new OffscreenCanvas(PICTURE, PICTURE);
-      sheet = new Sheet(made.getContext("2d"), PICTURE, seen);
-      layers();
-      return made;
     },
   };
 }
@@ -271,16 +238,4 @@ function arrowsOf({ dx, dy }, cells, side, block) {
     share: Math.sqrt(Math.hypot(x, y) / most), // a root, to see where to also what travels less goes
   }));
   return made.filter(({ share }) => share > 0.2);
-}
-
-/** The lines around cells [column, row], as [from, to]. */
-function edgesOf(places) {
-  const all = new Set(places.map(String));
-  return places.flatMap(([column, row]) => {
-    const sides = [[-1, 0], [1, 0], [0, -1], [0, 1]].filter(([x, y]) => !all.has(`${column + x},${row + y}`));
-    return sides.map(([x, y]) => {
-      const [a, b] = [column + 0.5 + x / 2, row + 0.5 + y / 2]; // the middle of the side
-      return [[a - y / 2, b - x / 2], [a + y / 2, b + x / 2]];
-    });
-  });
 }

@@ -171,7 +171,7 @@ export class Paths {
     const button = element("button", { type: "button", text: "×", "aria-label": `remove ${name}` });
     button.addEventListener("click", () => this.#remove(k));
     const shape = element("svg:svg", icon, markerOf(k, { fill: colour }));
-    return element("li", {}, shape, element("span", { text: name }), button, element("output"));
+    return element("li", { class: "bar", title: name }, shape, element("output"), button);
   }
 
   #draw() {
@@ -186,8 +186,9 @@ export class Paths {
     const optimum = Math.max(...this.#fitness);
     this.#all.forEach((path, k) => {
       const best = this.#fitness[bestUpto(path, upto)?.design];
-      const regret = best === undefined ? "" : `best ${best.toFixed(2)}, regret ${(optimum - best).toFixed(2)}`;
-      find("path-list").children[k].querySelector("output").textContent = regret;
+      const row = find("path-list").children[k];
+      const regret = best === undefined ? "" : `: best ${best.toFixed(2)}, regret ${(optimum - best).toFixed(2)}`;
+      row.querySelector("output").textContent = row.title + regret;
     });
   }
 

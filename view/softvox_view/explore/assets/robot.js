@@ -35,67 +35,53 @@ function project([x, y, z]) {
 
 /** Fill an SVG (viewBox -1.7 -1.9 3.4 3.3) with a robot. */
 export function drawRobot(svg, digits) {
-  const parts = facesOf(digits).flatMap(({ corners, fill, dot }) => {
-    const shape = { points: corners.join(" "), fill, class: "face", stroke: "#1a1f29", "stroke-width": 0.04 };
-    const dots = dot ? [element("svg:circle", { cx: dot[0], cy: dot[1], r: 0.1 })] : [];
-    return [element("svg:polygon", shape), ...dots];
-  });
+  const parts = FARTHEST_FIRST.filter((i) => digits[i] !== "0").flatMap((i) => cubeOf(i, digits[i]));
   const empty = { x: 0, y: 0, "font-size": 0.5, "text-anchor": "middle", text: "empty" };
   svg.replaceChildren(...(parts.length ? parts : [element("svg:text", empty)]));
 }
 
-const STAMP = [-0.05, -1.35, 1.46, 1.62]; // of a voxel about its lowest corner: left, top, width, height
-const stamps = {}; // by digit: a voxel as it was painted last, {image, width}
-
-/** Paint a robot about [x, y] of a canvas, a voxel so many pixels wide. */
-export function paintRobot(pen, digits, [x, y], width) {
-  const sharp = pen.getTransform().a * width; // in pixels of the screen
-  pen.imageSmoothingEnabled = true;
-  for (const i of FARTHEST_FIRST.filter((i) => digits[i] !== "0")) {
-    // Each voxel is the same picture elsewhere, many times as fast as its polygons.
-    if (stamps[digits[i]]?.width !== sharp) stamps[digits[i]] = { image: stampOf(digits[i], sharp), width: sharp };
-    const [u, v] = project(SITES[i]);
-    const [left, top, across, down] = STAMP.map((length) => width * length);
-    pen.drawImage(stamps[digits[i]].image, x + width * u + left, y + width * v + top, across, down);
-  }
+function cubeOf(i, digit) {
+  const placed = (corner) => project(corner.map((c, axis) => c + SITES[i][axis]));
+  return FACES.flatMap(([corners, middle, light]) => {
+    const fill = `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`;
+    const shape = { points: corners.map(placed).join(" "), fill, class: "face", stroke: "#1a1f29", "stroke-width": 0.04 };
+    const [cx, cy] = placed(middle);
+    // The dot tells active voxels from passive ones without colour.
+    const dot = digit === "2" ? [element("svg:circle", { cx, cy, r: 0.1 })] : [];
+    return [element("svg:polygon", shape), ...dot];
+  });
 }
 
-function stampOf(digit, width) {
-  const [left, top, across, down] = STAMP;
-  const canvas = new OffscreenCanvas(Math.ceil(across * width), Math.ceil(down * width));
+// A voxel looks the same wherever it is: it is drawn once, from [left, top] of its lowest corner on.
+const STAMP = { left: -0.05, top: -1.35, across: 1.46, down: 1.62, pixels: 50 };
+const stamps = { 1: stampOf("1"), 2: stampOf("2") };
+
+function stampOf(digit) {
+  const { left, top, across, down, pixels } = STAMP;
+  const canvas = new OffscreenCanvas(across * pixels, down * pixels);
   const pen = canvas.getContext("2d");
   const [u, v] = project(SITES[0]);
-  pen.scale(canvas.width / across, canvas.height / down);
-  pen.translate(-u - left, -v - top);
+  pen.setTransform(pixels, 0, 0, pixels, -pixels * (u + left), -pixels * (v + top));
   pen.lineWidth = 0.04;
-  for (const { corners, fill, dot } of cubeOf(0, digit)) {
-    pen.beginPath();
-    for (const corner of corners) pen.lineTo(...corner);
-    pen.closePath();
-    pen.fillStyle = fill;
-    pen.fill();
-    pen.stroke();
-    pen.beginPath();
-    if (dot) pen.arc(...dot, 0.1, 0, 2 * Math.PI);
-    pen.fillStyle = "#000";
-    pen.fill();
+  for (const part of cubeOf(0, digit)) {
+    const [points, fill, x, y, r] = ["points", "fill", "cx", "cy", "r"].map((name) => part.getAttribute(name));
+    const shape = new Path2D(points ? `M${points}Z` : "");
+    if (!points) shape.arc(x, y, r, 0, 2 * Math.PI);
+    pen.fillStyle = fill ?? "#000";
+    pen.fill(shape);
+    pen.stroke(shape);
   }
   return canvas.transferToImageBitmap();
 }
 
-/** The faces that are seen, the farthest first: [{corners, fill, dot: its place or null}]. */
-function facesOf(digits) {
-  return FARTHEST_FIRST.filter((i) => digits[i] !== "0").flatMap((i) => cubeOf(i, digits[i]));
-}
-
-function cubeOf(i, digit) {
-  const placed = (corner) => project(corner.map((c, axis) => c + SITES[i][axis]));
-  return FACES.map(([corners, middle, light]) => ({
-    corners: corners.map(placed),
-    fill: `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`,
-    // The dot tells active voxels from passive ones without colour.
-    dot: digit === "2" ? placed(middle) : null,
-  }));
+/** Paint a robot about [x, y] of a canvas, a voxel so many pixels wide. */
+export function paintRobot(pen, digits, [x, y], width) {
+  pen.imageSmoothingEnabled = true;
+  for (const i of FARTHEST_FIRST.filter((i) => digits[i] !== "0")) {
+    const [u, v] = project(SITES[i]);
+    const place = [x + width * (u + STAMP.left), y + width * (v + STAMP.top)];
+    pen.drawImage(stamps[digits[i]], ...place, width * STAMP.across, width * STAMP.down);
+  }
 }
 
 /** The address of a picture of designs as they are built, beside each other. */

@@ -1,6 +1,6 @@
 // A pen that draws over the cells of the map.
 
-/** Shapes about [0, 0] that tell searchers apart, as corners; the first is the one of a single path. */
+/** Shapes that tell searchers apart, by their corners about [0, 0]. */
 export const MARKERS = [
   [[-1, -1], [1, -1], [1, 1], [-1, 1]],
   [[0, -1.35], [1.25, 0.95], [-1.25, 0.95]],
@@ -19,9 +19,9 @@ export class Sheet {
     return [(column - this.seen.left) * this.cell, this.width - (row - this.seen.bottom) * this.cell];
   }
 
-  /** Whether a cell's middle is seen. */
-  has([column, row]) {
-    return [column - this.seen.left, row - this.seen.bottom].every((k) => k > -0.5 && k < this.seen.span - 0.5);
+  /** Whether a place is seen, or is less than a margin of cells away. */
+  has(place, margin = 0) {
+    return this.at(place).every((k) => Math.abs(k - this.width / 2) < this.width / 2 + margin * this.cell);
   }
 
   lines(colour, thick, trace) {
@@ -35,7 +35,7 @@ export class Sheet {
 
   /** Draw lines with a dark rim, to be seen on any colour. */
   outlined(trace, colour = "#fff", thick = 2) {
-    this.lines("#000", thick + 2 + thick / 2, trace);
+    this.lines("#000", 1.5 * thick + 2, trace);
     this.lines(colour, thick, trace);
   }
 
@@ -45,29 +45,33 @@ export class Sheet {
       points.forEach((point) => pen.lineTo(...point));
       points.slice(1).forEach(([x, y], i) => {
         const [across, down] = [x - points[i][0], y - points[i][1]];
-        const long = Math.hypot(across, down);
-        if (long > 16) this.#head(x - across / 3, y - down / 3, Math.atan2(down, across), 7);
+        if (Math.hypot(across, down) > 16) this.#head(x - across / 3, y - down / 3, Math.atan2(down, across), 7);
       });
     }, colour);
   }
 
-  /** An arrow about a point, its angle counted clockwise from the right. */
+  /** Trace an arrow about a point, its angle counted clockwise from the right. */
   arrow([x, y], angle, long) {
-    const [across, down] = [Math.cos(angle) * long / 2, Math.sin(angle) * long / 2];
+    const [across, down] = [Math.cos(angle), Math.sin(angle)].map((part) => (part * long) / 2);
     this.pen.moveTo(x - across, y - down);
     this.pen.lineTo(x + across, y + down);
     this.#head(x + across, y + down, angle, Math.max(3, long / 3));
   }
 
+  #head(x, y, angle, long) {
+    for (const turned of [angle + 2.6, angle - 2.6]) {
+      this.pen.moveTo(x + Math.cos(turned) * long, y + Math.sin(turned) * long);
+      this.pen.lineTo(x, y);
+    }
+  }
+
   polygon(corners, [x, y], reach, fill) {
-    this.pen.beginPath();
-    for (const [u, v] of corners) this.pen.lineTo(x + reach * u, y + reach * v);
-    this.pen.closePath();
+    this.lines("#000", 2, (pen) => {
+      for (const [u, v] of corners) pen.lineTo(x + reach * u, y + reach * v);
+      pen.closePath();
+    });
     this.pen.fillStyle = fill;
-    this.pen.lineWidth = 1;
-    this.pen.strokeStyle = "#000";
     this.pen.fill();
-    this.pen.stroke();
   }
 
   write(text, x, y, size) {
@@ -79,12 +83,5 @@ export class Sheet {
     this.pen.strokeText(text, x, y);
     this.pen.fillStyle = "#fff";
     this.pen.fillText(text, x, y);
-  }
-
-  #head(x, y, angle, long) {
-    for (const turn of [2.6, -2.6]) {
-      this.pen.moveTo(x + Math.cos(angle + turn) * long, y + Math.sin(angle + turn) * long);
-      this.pen.lineTo(x, y);
-    }
   }
 }

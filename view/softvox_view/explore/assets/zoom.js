@@ -1,24 +1,15 @@
 // The part of the map that is seen, and the gestures that change it.
 
-import { element } from "./page.js";
-
 const NEAREST_CELLS = 3; // across
 const ZOOM_PER_LINE = 1.1; // of a wheel
 const TREMBLE = 6; // px: a press that moves less is still a click
 
-/**
- * A square of cells, {left, bottom, span}; places are shares [across, up] of it. Maps that share one
- * are moved together: each of its watchers is called after a move.
- */
+/** A square of cells, {left, bottom, span}, for any number of maps; places are shares [across, up] of it. */
 export class MapWindow {
-  watchers = [];
+  watchers = []; // called where it moved
 
   constructor(side) {
     Object.assign(this, { side, left: 0, bottom: 0, span: side });
-  }
-
-  moved() {
-    for (const watcher of this.watchers) watcher();
   }
 
   get isWhole() {
@@ -31,17 +22,12 @@ export class MapWindow {
     return [on(this.left + across * this.span), on(this.bottom + up * this.span)];
   }
 
-  /** Zoom in by a factor about a place, which stays where it is. */
-  zoom(factor, [across, up] = [0.5, 0.5]) {
+  /** Zoom in by a factor, 0 for the whole; what was at one place is then at another, as a rule the same. */
+  zoom(factor, from = [0.5, 0.5], to = from) {
     const span = Math.min(Math.max(this.span / factor, NEAREST_CELLS), this.side);
-    const [left, bottom] = [across, up].map((share) => share * (this.span - span));
+    const [left, bottom] = from.map((share, axis) => share * this.span - to[axis] * span);
     this.span = span;
     this.#moveTo(this.left + left, this.bottom + bottom);
-  }
-
-  /** Let what is seen go by shares of the window to the right and upward. */
-  pan(across, up) {
-    this.#moveTo(this.left - across * this.span, this.bottom - up * this.span);
   }
 
   /** Move as little as shows a whole cell. */
@@ -51,8 +37,8 @@ export class MapWindow {
   }
 
   #moveTo(left, bottom) {
-    const on = (k) => Math.min(Math.max(k, 0), this.side - this.span);
-    [this.left, this.bottom] = [on(left), on(bottom)];
+    [this.left, this.bottom] = [left, bottom].map((k) => Math.min(Math.max(k, 0), this.side - this.span));
+    this.watchers.forEach((watcher) => watcher());
   }
 }
 
@@ -60,66 +46,52 @@ export class MapWindow {
  * Let mouse and touch move a window over its canvas: the wheel and two fingers zoom, a drag pans.
  * Calls onPoint(place) under a mouse, or null where it has left, and onPick(place).
  */
-export function gestures(canvas, seen, { onPoint, onPick }) {
-  const pressed = new Map(); // by pointer: {x, y} in pixels
+export function gestures(canvas, seen, onPoint, onPick) {
+  const pressed = new Map(); // by pointer: [x, y] in pixels
   let start = null;
   let isDrag = false;
   const on = (type, handler) => canvas.addEventListener(type, handler, { passive: false });
-
-  const placeOf = (x, y) => {
+  const pixelOf = ({ clientX, clientY }) => [clientX, clientY];
+  const apart = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
+  const placeOf = ([x, y]) => {
     const box = canvas.getBoundingClientRect();
     return [(x - box.left) / box.width, (box.bottom - y) / box.height];
   };
-  const of = ({ clientX, clientY }) => placeOf(clientX, clientY);
-
-  /** Where the fingers are, {middle, apart}. */
   const fingers = () => {
-    const all = [...pressed.values()];
-    const [a, b] = [all[0], all.at(-1)];
-    return { middle: placeOf((a.x + b.x) / 2, (a.y + b.y) / 2), apart: Math.hypot(a.x - b.x, a.y - b.y) || 1 };
+    const [a, b] = [[...pressed.values()][0], [...pressed.values()].at(-1)];
+    return { middle: placeOf(a.map((k, axis) => (k + b[axis]) / 2)), spread: apart(a, b) || 1 };
   };
 
   on("wheel", (event) => {
     const lines = (event.deltaMode ? event.deltaY : event.deltaY / 40) * (event.ctrlKey ? 8 : 1);
     if (seen.isWhole && lines > 0) return; // meant for the page
     event.preventDefault();
-    seen.zoom(ZOOM_PER_LINE ** -Math.min(Math.max(lines, -4), 4), of(event));
-    seen.moved();
-    onPoint(of(event));
+    const place = placeOf(pixelOf(event));
+    seen.zoom(ZOOM_PER_LINE ** -Math.min(Math.max(lines, -4), 4), place);
+    onPoint(place);
   });
   on("pointerdown", (event) => {
     if (event.button) return;
-    if (!pressed.size) [start, isDrag] = [event, false];
-    pressed.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    if (!pressed.size) [start, isDrag] = [pixelOf(event), false];
+    pressed.set(event.pointerId, pixelOf(event));
     canvas.setPointerCapture(event.pointerId);
   });
   on("pointermove", (event) => {
-    const { pointerId, clientX: x, clientY: y } = event;
-    if (!pressed.has(pointerId)) return onPoint(of(event));
-    isDrag ||= pressed.size > 1 || Math.hypot(x - start.clientX, y - start.clientY) > TREMBLE;
+    const pixel = pixelOf(event);
+    if (!pressed.has(event.pointerId)) return onPoint(placeOf(pixel));
+    isDrag ||= pressed.size > 1 || apart(pixel, start) > TREMBLE;
     if (!isDrag) return;
     const before = fingers();
-    pressed.set(pointerId, { x, y });
+    pressed.set(event.pointerId, pixel);
     const now = fingers();
-    seen.pan(now.middle[0] - before.middle[0], now.middle[1] - before.middle[1]);
-    seen.zoom(now.apart / before.apart, now.middle);
-    seen.moved();
+    seen.zoom(now.spread / before.spread, before.middle, now.middle);
   });
   for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) {
     on(type, ({ pointerId }) => pressed.delete(pointerId));
   }
   on("pointerleave", () => onPoint(null));
   on("click", (event) => {
-    if (!isDrag) onPick(of(event));
+    if (!isDrag) onPick(placeOf(pixelOf(event)));
     isDrag = false;
   });
-}
-
-/** Buttons that zoom, for who has neither wheel nor two fingers; calls zoom(factor). */
-export function zoomButtons(parent, zoom) {
-  for (const [text, label, factor] of [["+", "zoom in", 1.5], ["−", "zoom out", 1 / 1.5], ["fit", "whole map", 0]]) {
-    const button = element("button", { type: "button", text, "aria-label": label, title: label });
-    button.addEventListener("click", () => zoom(factor));
-    parent.append(button);
-  }
 }
