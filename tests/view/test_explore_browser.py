@@ -421,9 +421,9 @@ def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, pa
     dimmed = "return getComputedStyle(document.getElementById('leaders')).opacity"
     until(lambda: float(driver.execute_script(dimmed)) < 1)
     one(driver, "#reset").click()
-    until(lambda: shown(driver, "progress-row", "hidden"))
+    until(lambda: applied(driver) == {})
+    assert shown(driver, "progress-row", "hidden")
     assert driver.execute_script(dimmed) == "1"
-    assert applied(driver) == {}
     assert facts(driver)["published"] == facts(driver)["fitness"]
     assert not (map_pixels(driver) == [226, 230, 235]).all(axis=2).any()
 

@@ -28,9 +28,13 @@ const MAPS = ["map", "map-b"];
 const FADED = 0.82; // how far what does not pass a filter fades into a grey
 const GREY = 128;
 
+const night = matchMedia("(prefers-color-scheme: dark)");
+const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
+
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const part = (names) => (state) => Object.fromEntries(names.map((name) => [name, state[name]]));
 const pathOf = part(PATH);
+const robotsOf = part(["design", "compare", "parameters", "versus"]);
 const filtersOf = part(Object.keys(FILTERS));
 const scaleOf = part(Object.keys(NO_SCALE));
 
@@ -49,9 +53,9 @@ const side = Math.sqrt(tables.cells.length);
 const atlas = { ...tables, side, ...published, counts: countsOf([...tables.cells.keys()]) };
 const engine = await unpacked(given.engine);
 const simulator = new Simulator(known, engine);
-if (!globalThis.WebAssembly?.validate(engine)) {
-  say("This browser has no WebAssembly with SIMD, so nothing can be simulated; take one of 2023 or later.");
-}
+const canSimulate = Boolean(globalThis.WebAssembly?.validate(engine));
+find("lacking").hidden = canSimulate;
+find("player").hidden = !canSimulate;
 globalThis.softvox = {
   simulate: (designs, physics, options) => simulator.simulate(designs, physics, options),
   landscape: (physics, options) => simulator.landscape(physics, options),
@@ -135,7 +139,8 @@ function show() {
   find("kind").value = seen.map;
   controls.parameters = asked.parameters;
   paths.show(pathOf(asked), false);
-  want(part(["design", "compare", "parameters", "versus"])(asked), false);
+  want(robotsOf(asked), false);
+  showLandscapes();
 }
 
 function kindOf(text) {
@@ -193,8 +198,9 @@ function worlds() {
   // What both have tells nothing apart.
   const common = ([name, value]) => all.length > 1 && all.every(({ parameters }) => parameters[name] === value);
   return all.map((one) => {
-    const own = Object.entries(one.parameters).filter((change) => !common(change));
-    return { ...one, name: nameOfWorld(own.length ? Object.fromEntries(own) : one.parameters) };
+    const own = Object.fromEntries(Object.entries(one.parameters).filter((change) => !common(change)));
+    const { preset } = one.parameters;
+    return { ...one, name: nameOfWorld(same(own, {}) ? { preset } : own) };
   });
 }
 
@@ -211,25 +217,24 @@ function settle() {
   document.body.classList.toggle("computing", !isTrue);
   document.body.classList.toggle("drafting", !isWhole);
   find("progress-row").hidden = isWhole;
+  find("save-csv").disabled = !here.isWhole;
   const [done, all] = worlds().reduce(([a, b], { world }) => [a + world.done, b + world.values.fitness.length], [0, 0]);
   find("progress").value = done / all;
   find("progress-text").textContent = `${done} of ${all} designs`;
   if (isTrue && here.isWhole) document.body.dataset.parameters = JSON.stringify(seen.parameters);
 }
 
-const robotsOf = part(["design", "compare", "parameters", "versus"]);
-
 /** Show all that the landscapes tell, as far as they are known. */
 function showLandscapes() {
-  if (!shown) return; // it has just begun
   paint();
-  showFacts();
+  if (shown) showFacts();
+  maps[0].show({ best: null });
   if (here.isWhole) {
     const isPublished = here.values === published;
     const { best, former, lines } = changesOf(atlas.fitness, here.values.fitness);
     const told = isPublished ? [] : lines;
     find("changes").replaceChildren(...told.map((text) => element("p", { text })));
-    maps[0].show({ best: isPublished ? null : { from: former, to: best } });
+    if (!isPublished) maps[0].show({ best: { from: former, to: best } });
     showLeaders();
   }
   showVersus();
@@ -316,12 +321,18 @@ async function showRobots(physics) {
   }
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
-  player.load(shown.recording, pictureOfRobots(shown.recording.robots.map(({ design }) => design)));
+  play();
   if (isFirst) player.autoplay();
   find("robot-panel").dataset.designs = designs.join(" ");
-  if (isFirst) showLandscapes();
   showFacts();
   settle();
+}
+
+/** Let the player have what is shown, by night on a dark floor. */
+function play() {
+  const { recording } = shown;
+  const style = { ...recording.style, ...(night.matches ? NIGHT : {}) };
+  player.load({ ...recording, style }, pictureOfRobots(recording.robots.map(({ design }) => design)));
 }
 
 /** Fill the table with the robots that are shown. */
@@ -408,7 +419,8 @@ const actions = {
     save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
-    const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");
+    const second = seen.versus && `versus-${nameOfWorld(seen.versus)}`;
+    const name = ["replay", seen.design, seen.compare, second].filter(Boolean).join("-");
     const parts = {
       title: shown.recording.robots.map(({ label }) => label).join("; "),
       rows: shown.recording.robots.length > 1 ? "Row by row: " : "",
@@ -435,7 +447,12 @@ for (const [what, handler] of Object.entries(actions)) {
   });
 }
 addEventListener("hashchange", show);
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showVersus);
+night.addEventListener("change", () => {
+  showVersus();
+  const frame = player?.frame;
+  if (player) play();
+  player?.seek(frame);
+});
 
 sayTouch();
 find("versus").append(...Object.keys(known.presets).map((name) => new Option(name.replaceAll("_", " "), name)));

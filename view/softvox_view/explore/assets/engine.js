@@ -70,10 +70,13 @@ async function answer({ data }) {
     });
   }
 
-  /** Simulate a batch as `simulateOn` does; where a signal aborts, the promise never settles. */
-  run(batch, { isUrgent = false, signal } = {}) {
+  /**
+   * Simulate the batch that make() returns, as `simulateOn` does; where a signal aborts, the promise
+   * never settles. A batch is made once its turn has come, so that many do not hold the page up.
+   */
+  run(make, { isUrgent = false, signal } = {}) {
     return new Promise((resolve, reject) => {
-      this.#queue[isUrgent ? "unshift" : "push"]({ batch, resolve, reject, signal });
+      this.#queue[isUrgent ? "unshift" : "push"]({ make, resolve, reject, signal });
       this.#next();
     });
   }
@@ -81,7 +84,7 @@ async function answer({ data }) {
   #next() {
     this.#queue = this.#queue.filter(({ signal }) => !signal?.aborted);
     if (!this.#queue.length || !this.#idle.length) return;
-    const { batch, resolve, reject, signal } = this.#queue.shift();
+    const { make, resolve, reject, signal } = this.#queue.shift();
     const worker = this.#idle.pop();
     const end = (settle, value) => {
       this.#idle.push(worker);
@@ -90,7 +93,7 @@ async function answer({ data }) {
     };
     worker.onmessage = ({ data: { made, error } }) => (made ? end(resolve, made) : end(reject, new Error(error)));
     worker.onerror = ({ message }) => end(reject, new Error(message || "a worker could not be started"));
-    worker.postMessage(batch);
+    worker.postMessage(make());
     this.#next();
   }
 }

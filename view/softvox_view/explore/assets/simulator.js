@@ -41,7 +41,7 @@ export class Simulator {
       const own = (values) => values && places.flatMap((place) => [...values.slice(8 * place, 8 * place + 8)]);
       const block = places.map((place) => given[place]);
       const options = { strain: own(strain), phase: own(phase) };
-      const { facts } = await this.#pool.run(batchOf(this.#known, checked, block, options), { signal });
+      const { facts } = await this.#pool.run(() => batchOf(this.#known, checked, block, options), { signal });
       const by = displacementsOf(facts, checked, block);
       places.forEach((place, i) => moved.set(by.subarray(3 * i, 3 * i + 3), 3 * place));
       onBlock?.(places, by);
@@ -67,7 +67,7 @@ export class Simulator {
     const wish = FRAMES.perCycle * frequency_hz * duration;
     const count = Math.min(Math.max(wish, FRAMES.fewest), FRAMES.most);
     const every = Math.max(1, Math.round(duration / timeStep(checked) / count));
-    const batch = batchOf(this.#known, checked, designs, { frames: every });
+    const batch = () => batchOf(this.#known, checked, designs, { frames: every });
     const made = await this.#pool.run(batch, { isUrgent: true });
     const recording = recordingOf(made, checked, designs, every, this.#known.style);
     return { recording, moved: displacementsOf(made.facts, checked, designs) };

@@ -27,6 +27,7 @@ export class World {
   #published;
   #onChange;
   #ending = new AbortController();
+  #key; // of the physics that it has, or comes to have
 
   /**
    * @param {Simulator} simulator
@@ -36,18 +37,22 @@ export class World {
   constructor(simulator, published, onChange) {
     this.#simulator = simulator;
     this.#published = published;
+    this.#key = published.key;
     this.#onChange = onChange;
-    this.#take(published.values);
+    this.values = published.values;
+    this.done = this.values.fitness.length;
   }
 
   get isWhole() {
     return this.done === this.values.fitness.length;
   }
 
-  /** Take on a physics; the promise is kept once all is known, and never where another comes first. */
+  /** Take on a physics, unless it is the one; the promise is kept once all is known. */
   async become(physics) {
     const key = JSON.stringify(physics);
+    if (key === this.#key) return;
     this.stop();
+    this.#key = key;
     const known = key === this.#published.key ? this.#published.values : kept.get(key);
     if (known) return this.#take(known);
     const { signal } = this.#ending;
@@ -74,6 +79,7 @@ export class World {
   stop() {
     this.#ending.abort();
     this.#ending = new AbortController();
+    this.#key = null;
   }
 
   #take(values, done = values.fitness.length) {
