@@ -103,7 +103,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
 
   /** Draw arrows for squares of so many cells that there is room for one in each. */
   function drawArrows() {
-    const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM);
+    const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM) ?? 27;
     const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9]; // beside a robot, not on it
     const own = painted.arrows(block).filter(({ place }) => sheet.has(place));
     sheet.outlined(() => {
