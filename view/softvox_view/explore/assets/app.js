@@ -302,9 +302,9 @@ const actions = {
   },
   "save-csv click": () => save(csvOf(atlas, values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
-    const words = ["low", "unit", "high"].map((id) => find(id).textContent);
-    const physics = wordsOf(seen.parameters);
-    save(await pictureOf(find("map"), find("scale"), words, physics), `${nameOf(`landscape-${seen.map}`)}.png`);
+    const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
+    const picture = await pictureOf(map.picture(), find("scale"), words, wordsOf(seen.parameters));
+    save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
     const name = ["replay", seen.design, seen.compare].filter(Boolean).join("-");

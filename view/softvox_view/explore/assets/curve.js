@@ -4,7 +4,7 @@ import { evaluationColour } from "./colours.js";
 import { element } from "./page.js";
 import { MARKERS } from "./sheet.js";
 
-const [LEFT, RIGHT, UP, DOWN] = [46, 350, 12, 132]; // the axes' ends
+const [LEFT, RIGHT, UP, DOWN] = [46, 290, 12, 132]; // the axes' ends
 
 /** Draw the curves of paths; returns what moves their cursor to an evaluation. */
 export function drawCurves(svg, paths, fitness) {
