@@ -294,8 +294,7 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
     for name in ("dx", "dy", "fitness"):
         assert [float(row[name]) for row in rows] == table[name].tolist()
     with image.open(tmp_path / "landscape-fitness.png") as picture:
-        side = shown(driver, "map", "width")
-        assert picture.size == (side + 32, side + 102)
+        assert picture.size == (680, 750)
     opened_short(driver, page)
     for button, name in {
         "save-csv": "landscape_duration_0.4.csv",

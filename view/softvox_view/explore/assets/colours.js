@@ -93,8 +93,8 @@ export function drawScale(canvas, scale) {
   }
 }
 
-/** The map's canvas as a PNG: under it its scale with three words, and a line about the physics. */
-export function pictureOf(map, scale, words, physics) {
+/** A picture of the map as a PNG: under it its scale, {low, unit, high}, and a line about the physics. */
+export function pictureOf(map, scale, { low, unit, high }, physics) {
   const margin = 16;
   const [bar, line] = [14, 20];
   const below = map.height + 2 * margin;
@@ -111,9 +111,9 @@ export function pictureOf(map, scale, words, physics) {
   pen.drawImage(scale, margin, below, map.width, bar);
   pen.fillStyle = DARK;
   pen.font = "15px system-ui, sans-serif";
-  write(words[0], margin, below + bar + line - 2, "left");
-  write(words[1], width / 2, below + bar + line - 2, "center");
-  write(words[2], width - margin, below + bar + line - 2, "right");
+  write(low, margin, below + bar + line - 2, "left");
+  write(unit, width / 2, below + bar + line - 2, "center");
+  write(high, width - margin, below + bar + line - 2, "right");
   write(physics, width / 2, below + bar + 2 * line, "center");
   return all.convertToBlob();
 }

@@ -4,8 +4,7 @@ import { evaluationColour } from "./colours.js";
 import { element } from "./page.js";
 import { MARKERS } from "./sheet.js";
 
-const [WIDTH, HEIGHT] = [360, 176];
-const [LEFT, RIGHT, UP, DOWN] = [46, 350, 12, 132]; // the axes' ends
+const [LEFT, RIGHT, UP, DOWN] = [46, 290, 12, 132]; // the axes' ends
 
 /** Draw the curves of paths; returns what moves their cursor to an evaluation. */
 export function drawCurves(svg, paths, fitness) {
@@ -28,14 +27,13 @@ export function drawCurves(svg, paths, fitness) {
   });
   const cursor = line(0, UP, 0, DOWN + 12, { "stroke-width": 1.5 });
   const ends = paths.map(({ colour }, k) => markerOf(k, { fill: colour }));
-  svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
   svg.replaceChildren(
     line(LEFT, DOWN, RIGHT, DOWN), line(LEFT, UP, LEFT, DOWN),
     line(LEFT, y(optimum), RIGHT, y(optimum), { "stroke-dasharray": "5 4" }),
-    write(`optimum ${optimum.toFixed(2)}`, RIGHT, y(optimum) + 14, "end"),
+    write(`optimum ${optimum.toFixed(2)}`, LEFT + 6, y(optimum) + 14, "start"),
     write("0", LEFT - 5, DOWN + 4, "end"), write(optimum.toFixed(1), LEFT - 5, y(optimum) + 4, "end"),
     write("1", LEFT, DOWN + 25, "middle"), write(most, RIGHT, DOWN + 25, "end"),
-    write("evaluation, and the colour of its dot", (LEFT + RIGHT) / 2, HEIGHT - 3, "middle"),
+    write("evaluation, and the colour of its dot", (LEFT + RIGHT) / 2, DOWN + 40, "middle"),
     write("best so far", 0, 0, "middle", { transform: `translate(14 ${(UP + DOWN) / 2}) rotate(-90)` }),
     write("voxel widths", 0, 0, "middle", { transform: `translate(28 ${(UP + DOWN) / 2}) rotate(-90)` }),
     ...key, ...curves, cursor, ...ends,

@@ -11,12 +11,13 @@ const ROBOT_CELL = 34; // px: robots are drawn in cells that are as wide,
 const MOST_ROBOTS = 14; // and this many across at most
 const ARROW_ROOM = 24; // px that an arrow needs
 const TOP_COLOUR = "#f0003c";
+const PICTURE = 648; // px
 // The nested squares: cells along a side, how thick their lines are, and how opaque.
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
 
 /**
  * Make a map of a canvas, of what a MapWindow shows; it calls onPick(design) and onPoint(design).
- * Returns {paint, show}.
+ * Returns {paint, show, picture}; picture() is a canvas with what is seen, however small the map.
  *
  * paint({colour, grid, arrows, top}) colours the cells: colour(design) is [r, g, b], or null to
  * cross it out; arrows {dx, dy}, to be drawn, and top, designs to outline, may be absent.
@@ -103,7 +104,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
 
   /** Draw arrows for squares of so many cells that there is room for one in each. */
   function drawArrows() {
-    const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM);
+    const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM) ?? 27;
     const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9]; // beside a robot, not on it
     const own = painted.arrows(block).filter(({ place }) => sheet.has(place));
     sheet.outlined(() => {
@@ -167,9 +168,8 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     sheet.pen.rect(x, y, sheet.cell + 2 * margin, sheet.cell + 2 * margin);
   }
 
-  function draw() {
-    sheet = new Sheet(canvas.getContext("2d"), width, seen);
-    sheet.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  function drawOn(pen, size) {
+    sheet = new Sheet(pen, size, seen);
     drawCells();
     sheet.lines(TOP_COLOUR, Math.min(Math.max(1.8, sheet.cell / 12), 3), () => {
       for (const design of painted.top) traceCell(placeOf[design], 0);
@@ -179,6 +179,12 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     shown.paths.forEach(drawPath);
     if (shown.best) drawBest(shown.best);
     Object.entries(shown.marks).forEach(drawMark);
+  }
+
+  function draw() {
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    drawOn(pen, width);
     if (cursor) sheet.outlined(() => traceCell(cursor, 1));
     canvas.dataset.window = [seen.left, seen.bottom, seen.span].map((k) => k.toFixed(2)).join(" ");
     canvas.style.touchAction = seen.isWhole ? "pan-y" : "none"; // one finger scrolls the page, or pans
@@ -218,6 +224,12 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     show(what) {
       shown = { ...shown, ...what };
       draw();
+    },
+    picture() {
+      const made = new OffscreenCanvas(PICTURE, PICTURE);
+      drawOn(made.getContext("2d"), PICTURE);
+      draw(); // the sheet is the page's again
+      return made;
     },
   };
 }

@@ -18,22 +18,22 @@ const askedOf = (fields) => Object.fromEntries(ASKED.map((name) => [name, fields
 const isAsked = (a, b) => ASKED.every((name) => a[name] === b[name]);
 
 /** Paths as `also` has them: random.2.100*hill_climber.3.100.folder; what separates is escaped. */
-function alsoOf(fields) {
+function alsoOf(paths) {
   const plain = (text) => encodeURIComponent(text).replaceAll(".", "%2E").replaceAll("*", "%2A");
-  const one = (path) => ASKED.map((name) => plain(path[name])).join(".").replace(/\.$/, "");
-  return fields.map(one).join("*");
+  return paths.map(({ fields }) => ASKED.map((name) => plain(fields[name])).join(".").replace(/\.$/, "")).join("*");
 }
 
 function readAlso(text) {
   try {
-    return text.split("*").filter(Boolean).map((path) => {
-      const parts = path.split(".").map(decodeURIComponent);
-      return askedOf(Object.fromEntries(ASKED.map((name, k) => [name, parts[k]])));
-    });
+    const paths = text.split("*").filter(Boolean).map((path) => path.split(".").map(decodeURIComponent));
+    return paths.map((parts) => askedOf(Object.fromEntries(ASKED.map((name, k) => [name, parts[k]]))));
   } catch {
     throw new Refused(`also=${text} is no list of paths`);
   }
 }
+
+const titleOf = ({ fields: { results, searcher, seed } }) =>
+  [searcher, `seed ${seed}`, results].filter(Boolean).join(", ");
 
 export class Paths {
   #results;
@@ -41,18 +41,18 @@ export class Paths {
   #onShow;
   #onWish;
   #all = []; // the newest last
-  #moveCursor = () => {};
+  #moveCursor;
   #playing = 0; // the number of an animation frame, or 0
 
   /** Paths are shown by onShow({paths, upto}); what the form asked for goes to onWish(fields). */
   constructor(results, fitness, onShow, onWish) {
     [this.#results, this.#fitness, this.#onShow, this.#onWish] = [results, fitness, onShow, onWish];
-    find("path").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.#wish(this.#all.slice(0, -1), this.#inForm());
-    });
     const on = (id, type, handler) => find(id).addEventListener(type, handler);
-    on("add-path", "click", () => this.#wish(this.#all, this.#inForm()));
+    on("path", "submit", (event) => {
+      event.preventDefault();
+      this.#wish(this.#all.slice(0, -1));
+    });
+    on("add-path", "click", () => this.#wish(this.#all));
     on("clear-path", "click", () => this.show(NO_PATH, true));
     on("results", "change", ({ target: { value } }) => {
       this.#offer(value);
@@ -78,8 +78,7 @@ export class Paths {
     try {
       const asked = fields.searcher ? [...readAlso(fields.also), askedOf(fields)] : [];
       const found = await latest("path", this.#found(asked));
-      const isSame = found.length === this.#all.length && found.every((path, k) => path === this.#all[k]);
-      if (!isSame) this.#take(found);
+      if (found.length !== this.#all.length || found.some((path, k) => path !== this.#all[k])) this.#take(found);
       this.#draw();
       if (isOfForm) this.#onWish(fields);
     } catch (error) {
@@ -89,22 +88,12 @@ export class Paths {
     }
   }
 
-  #inForm() {
-    return askedOf(Object.fromEntries(new FormData(find("path"))));
-  }
-
-  /** Ask for paths, the one of the form after those that are kept. */
-  #wish(kept, asked) {
-    const refusal = kept.some((path) => isAsked(path.fields, asked))
-      ? "this path is shown already: choose another seed, budget or searcher"
-      : kept.length >= COLOURS.length && `${COLOURS.length} paths at a time, remove one first`;
-    if (refusal) find("path-text").textContent = refusal;
-    else this.show({ ...asked, also: asked.searcher && alsoOf(kept.map(({ fields }) => fields)) }, true);
-  }
-
-  #remove(k) {
-    const left = this.#all.filter((_, i) => i !== k).map(({ fields }) => fields);
-    this.show(left.length ? { ...left.at(-1), also: alsoOf(left.slice(0, -1)) } : NO_PATH, true);
+  /** Ask for the path that the form tells, beside those that are kept. */
+  #wish(kept) {
+    const asked = askedOf(Object.fromEntries(new FormData(find("path"))));
+    if (kept.some(({ fields }) => isAsked(fields, asked))) {
+      find("path-text").textContent = "This path is shown already: choose another seed, budget or searcher.";
+    } else this.show({ ...asked, also: asked.searcher && alsoOf(kept) }, true);
   }
 
   async #found(asked) {
@@ -165,30 +154,31 @@ export class Paths {
     find("path-list").replaceChildren(...found.map((path, k) => this.#row(path, k)));
   }
 
-  #row({ fields: { results: folder, searcher, seed }, colour }, k) {
-    const name = [searcher, `seed ${seed}`, folder].filter(Boolean).join(", ");
+  #row(path, k) {
     const icon = { width: 14, height: 14, viewBox: "-1.7 -1.7 3.4 3.4", "aria-hidden": "true" };
-    const button = element("button", { type: "button", text: "×", "aria-label": `remove ${name}` });
-    button.addEventListener("click", () => this.#remove(k));
-    const shape = element("svg:svg", icon, markerOf(k, { fill: colour }));
-    return element("li", { class: "bar", title: name }, shape, element("output"), button);
+    const button = element("button", { type: "button", text: "×", "aria-label": `remove ${titleOf(path)}` });
+    button.addEventListener("click", () => {
+      const left = this.#all.toSpliced(k, 1);
+      const newest = left.pop();
+      this.show(newest ? { ...newest.fields, also: alsoOf(left) } : NO_PATH, true);
+    });
+    const shape = element("svg:svg", icon, markerOf(k, { fill: path.colour }));
+    return element("li", { class: "bar" }, shape, element("output"), button);
   }
 
   #draw() {
     const upto = Number(find("upto").value);
     this.#onShow({ paths: this.#all, upto });
     const newest = this.#all.at(-1);
-    find("path-text").textContent = newest
-      ? pathInShort(newest, Math.min(upto, newest.designs.length), { fitness: this.#fitness })
-      : "";
+    const told = newest && pathInShort(newest, Math.min(upto, newest.designs.length), { fitness: this.#fitness });
+    find("path-text").textContent = told ?? "";
     if (!newest) return;
     this.#moveCursor(upto);
     const optimum = Math.max(...this.#fitness);
-    this.#all.forEach((path, k) => {
-      const best = this.#fitness[bestUpto(path, upto)?.design];
-      const row = find("path-list").children[k];
-      const regret = best === undefined ? "" : `: best ${best.toFixed(2)}, regret ${(optimum - best).toFixed(2)}`;
-      row.querySelector("output").textContent = row.title + regret;
+    find("path-list").querySelectorAll("output").forEach((row, k) => {
+      const best = this.#fitness[bestUpto(this.#all[k], upto)?.design];
+      const words = best === undefined ? "none yet" : `${best.toFixed(2)}, regret ${(optimum - best).toFixed(2)}`;
+      row.textContent = `${titleOf(this.#all[k])}: best ${words}`;
     });
   }
 

@@ -54,7 +54,7 @@ function cubeOf(i, digit) {
 
 // A voxel looks the same wherever it is: it is drawn once, from [left, top] of its lowest corner on.
 const STAMP = { left: -0.05, top: -1.35, across: 1.46, down: 1.62, pixels: 50 };
-const stamps = { 1: stampOf("1"), 2: stampOf("2") };
+const stamps = {}; // by digit
 
 function stampOf(digit) {
   const { left, top, across, down, pixels } = STAMP;
@@ -80,7 +80,7 @@ export function paintRobot(pen, digits, [x, y], width) {
   for (const i of FARTHEST_FIRST.filter((i) => digits[i] !== "0")) {
     const [u, v] = project(SITES[i]);
     const place = [x + width * (u + STAMP.left), y + width * (v + STAMP.top)];
-    pen.drawImage(stamps[digits[i]], ...place, width * STAMP.across, width * STAMP.down);
+    pen.drawImage((stamps[digits[i]] ??= stampOf(digits[i])), ...place, width * STAMP.across, width * STAMP.down);
   }
 }
 

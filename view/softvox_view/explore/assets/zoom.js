@@ -2,6 +2,7 @@
 
 const NEAREST_CELLS = 3; // across
 const ZOOM_PER_LINE = 1.1; // of a wheel
+const SCROLLING = 200; // ms: a wheel that just scrolled the page still does
 const TREMBLE = 6; // px: a press that moves less is still a click
 
 /** A square of cells, {left, bottom, span}, for any number of maps; places are shares [across, up] of it. */
@@ -50,6 +51,8 @@ export function gestures(canvas, seen, onPoint, onPick) {
   const pressed = new Map(); // by pointer: [x, y] in pixels
   let start = null;
   let isDrag = false;
+  let scrolled = -Infinity;
+  addEventListener("scroll", ({ timeStamp }) => (scrolled = timeStamp));
   const on = (type, handler) => canvas.addEventListener(type, handler, { passive: false });
   const pixelOf = ({ clientX, clientY }) => [clientX, clientY];
   const apart = ([x, y], [u, v]) => Math.hypot(x - u, y - v);
@@ -64,7 +67,7 @@ export function gestures(canvas, seen, onPoint, onPick) {
 
   on("wheel", (event) => {
     const lines = (event.deltaMode ? event.deltaY : event.deltaY / 40) * (event.ctrlKey ? 8 : 1);
-    if (seen.isWhole && lines > 0) return; // meant for the page
+    if (seen.isWhole && (lines > 0 || event.timeStamp - scrolled < SCROLLING)) return; // it is for the page
     event.preventDefault();
     const place = placeOf(pixelOf(event));
     seen.zoom(ZOOM_PER_LINE ** -Math.min(Math.max(lines, -4), 4), place);
