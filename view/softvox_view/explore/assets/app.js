@@ -25,8 +25,8 @@ const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const SECOND = "b."; // begins the names of the second world's parameters
 const GOOD_LASTS = 4000; // ms
 const MAPS = ["map", "map-b"];
-const FADED = 0.82; // how far what does not pass a filter fades into a grey
-const GREY = 128;
+const FADED = 0.88; // how far what does not pass a filter fades into a light grey
+const GREY = 228;
 
 const night = matchMedia("(prefers-color-scheme: dark)");
 const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
@@ -174,9 +174,9 @@ function want(changes, isStep = true) {
   document.body.classList.toggle("two-worlds", Boolean(seen.versus));
   const [first, second] = worlds().map(({ parameters }) => physicsWritten(known, parameters));
   showRobots([first, second].filter(Boolean));
-  if (changes.parameters) here.become(first).catch(complain);
   if (!second) there.stop();
   else if ("versus" in changes) there.become(second).catch(complain);
+  if (changes.parameters) here.become(first).catch(complain);
   if (changes.parameters || "versus" in changes) showLandscapes();
   else settle();
 }
@@ -285,7 +285,7 @@ function showVersus() {
   find("versus").value = only || (seen.versus ? "kept" : "");
   if (!seen.versus) return;
   const [first, second] = worlds();
-  find("scatter-title").textContent = `better → in ${first.name}, ↑ in ${second.name}`;
+  find("scatter-title").textContent = `ranks: → ${first.name}, ↑ ${second.name}`;
   if (!here.isWhole || !there.isWhole) return;
   const fitness = [here, there].map(({ values }) => values.fitness.map((value) => value ?? 0));
   find("tau").textContent = `Kendall’s τ ${kendall(...fitness).toFixed(2).replace("-", "−")}`;
@@ -429,11 +429,6 @@ function drawPath() {
 
 // What is done on the page
 
-/** The parameters of a second world, which says so where it is the published one. */
-function keptOf(parameters) {
-  return same(parameters, {}) ? { preset: "published" } : parameters;
-}
-
 /** Go to an address. */
 function go(address) {
   location.hash = address;
@@ -460,15 +455,8 @@ const actions = {
     controls.parameters = {};
     want({ parameters: {} });
   },
-  "versus change"({ target: { value } }) {
-    want({ versus: value ? { preset: value } : null });
-  },
-  "keep click": () => want({ versus: keptOf(seen.parameters) }),
-  "swap click"() {
-    const [parameters, versus] = [seen.versus, keptOf(seen.parameters)];
-    controls.parameters = parameters;
-    want({ parameters: same(parameters, { preset: "published" }) ? {} : parameters, versus });
-  },
+  "versus change": ({ target: { value } }) => want({ versus: value ? { preset: value } : null }),
+  "keep click": () => want({ versus: same(seen.parameters, {}) ? { preset: "published" } : seen.parameters }),
   "finding click": () => go("design=6453&b.preset=reversal"),
   "path submit": () => showPath(pathOf(Object.fromEntries(new FormData(find("path")))), true),
   "results change"({ target: { value } }) {

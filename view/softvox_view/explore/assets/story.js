@@ -2,6 +2,7 @@
 
 import { find } from "./page.js";
 
+const LAID_OUT = 150; // ms
 const TOLD = "softvox-story";
 
 // Title, address, the panel that it is about, and what is said.
@@ -35,8 +36,9 @@ export function story(isFirstVisit, go) {
     find("story-next").textContent = step === CHAPTERS.length - 1 ? "Done" : "Next";
     document.querySelectorAll(".told").forEach((told) => told.classList.remove("told"));
     find(panel).classList.add("told");
-    find(panel).scrollIntoView({ block: "nearest" });
     go(address);
+    // Where it is then: another world lays the page out anew.
+    setTimeout(() => find(panel).scrollIntoView(), LAID_OUT);
   }
 
   function end() {
