@@ -25,8 +25,8 @@ const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const SECOND = "b."; // begins the names of the second world's parameters
 const GOOD_LASTS = 4000; // ms
 const MAPS = ["map", "map-b"];
-const FADED = 0.82; // how far what does not pass a filter fades into a grey
-const GREY = 128;
+const FADED = 0.88; // how far what does not pass a filter fades into a light grey
+const GREY = 228;
 
 const night = matchMedia("(prefers-color-scheme: dark)");
 const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
@@ -53,9 +53,8 @@ const side = Math.sqrt(tables.cells.length);
 const atlas = { ...tables, side, ...published, counts: countsOf([...tables.cells.keys()]) };
 const engine = await unpacked(given.engine);
 const simulator = new Simulator(known, engine);
-const canSimulate = Boolean(globalThis.WebAssembly?.validate(engine));
-find("lacking").hidden = canSimulate;
-find("player").hidden = !canSimulate;
+find("lacking").hidden = globalThis.WebAssembly?.validate(engine) ?? false;
+find("player").hidden = !find("lacking").hidden;
 globalThis.softvox = {
   simulate: (designs, physics, options) => simulator.simulate(designs, physics, options),
   landscape: (physics, options) => simulator.landscape(physics, options),
@@ -140,7 +139,6 @@ function show() {
   controls.parameters = asked.parameters;
   paths.show(pathOf(asked), false);
   want(robotsOf(asked), false);
-  showLandscapes();
 }
 
 function kindOf(text) {
@@ -184,11 +182,11 @@ function want(changes, isStep = true) {
   document.body.classList.toggle("two-worlds", Boolean(seen.versus));
   const [first, second] = worlds().map(({ parameters }) => physicsWritten(known, parameters));
   showRobots([first, second].filter(Boolean));
-  if (changes.parameters) here.become(first).catch(complain);
   if (!second) there.stop();
   else if ("versus" in changes) there.become(second).catch(complain);
-  showVersus();
-  settle();
+  if (changes.parameters) here.become(first).catch(complain);
+  if (changes.parameters || "versus" in changes) showLandscapes();
+  else settle();
 }
 
 /** The worlds that are shown: what they are called, their parameters and their landscapes. */
@@ -295,26 +293,26 @@ function showVersus() {
   find("kept").hidden = !seen.versus || Boolean(only);
   find("versus").value = only || (seen.versus ? "kept" : "");
   if (!seen.versus) return;
-  const names = worlds().map(({ name }) => name);
-  find("scatter-title").textContent = `better → in ${names[0]}, ↑ in ${names[1]}`;
-  const isWhole = here.isWhole && there.isWhole;
+  const [first, second] = worlds();
+  find("scatter-title").textContent = `ranks: → ${first.name}, ↑ ${second.name}`;
+  if (!here.isWhole || !there.isWhole) return;
   const fitness = [here, there].map(({ values }) => values.fitness.map((value) => value ?? 0));
-  find("tau").textContent = isWhole ? `Kendall’s τ ${kendall(...fitness).toFixed(2).replace("-", "−")}` : "";
-  showScatter({ fitness, marks: marks() });
+  find("tau").textContent = `Kendall’s τ ${kendall(...fitness).toFixed(2).replace("-", "−")}`;
+  showScatter({ fitness });
 }
 
 async function showRobots(physics) {
   const state = seen;
   const designs = [state.design, state.compare].filter(Boolean);
   const names = worlds().map(({ name }) => name);
-  maps.forEach((map) => map.show({ marks: marks() }));
+  [...maps.map(({ show }) => show), showScatter].forEach((mark) => mark({ marks: marks() }));
   showEdited();
   find("end-compare").hidden = !state.compare;
   try {
     const wishes = physics.map((one) => simulator.recording(designs.map(Number), one));
     const made = await latest("recording", Promise.all(wishes));
     const recording = together(made.map((one) => one.recording), names);
-    shown = { state, names, recording, moved: made.map((one) => one.moved) };
+    shown = { state, names, recording, moved: made.map(({ moved }) => moved) };
   } catch (error) {
     complain(error);
     return;
@@ -339,10 +337,10 @@ function play() {
 function showFacts() {
   const { state, names, moved } = shown;
   const columns = [["A", state.design], ["B", state.compare]].flatMap(([letter, design], i) =>
-    design ? worlds().slice(0, names.length).map(({ world }, k) => {
-      const name = [...(state.compare || !k && names.length < 2 ? [letter] : []), ...(names[1] ? [names[k]] : [])].join(", ");
+    worlds().slice(0, design && names.length).map(({ world }, k) => {
+      const name = [(state.compare || !names[1]) && letter, names[1] && names[k]].filter(Boolean).join(", ");
       return { name, design, moved: moved[k].subarray(3 * i, 3 * i + 2), world };
-    }) : [],
+    }),
   );
   fillFacts(find("facts"), columns, atlas);
 }
@@ -369,11 +367,6 @@ function choose(text) {
 }
 
 // What is done on the page
-
-/** The parameters of a second world, which says so where it is the published one. */
-function keptOf(parameters) {
-  return same(parameters, {}) ? { preset: "published" } : parameters;
-}
 
 /** Go to an address. */
 function go(address) {
@@ -402,15 +395,8 @@ const actions = {
     controls.parameters = {};
     want({ parameters: {} });
   },
-  "versus change"({ target: { value } }) {
-    want({ versus: value ? { preset: value } : null });
-  },
-  "keep click": () => want({ versus: keptOf(seen.parameters) }),
-  "swap click"() {
-    const [parameters, versus] = [seen.versus, keptOf(seen.parameters)];
-    controls.parameters = parameters;
-    want({ parameters: same(parameters, { preset: "published" }) ? {} : parameters, versus });
-  },
+  "versus change": ({ target: { value } }) => want({ versus: value ? { preset: value } : null }),
+  "keep click": () => want({ versus: same(seen.parameters, {}) ? { preset: "published" } : seen.parameters }),
   "finding click": () => go("design=6453&b.preset=reversal"),
   "save-csv click": () => save(csvOf(atlas, here.values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
@@ -448,8 +434,8 @@ for (const [what, handler] of Object.entries(actions)) {
 }
 addEventListener("hashchange", show);
 night.addEventListener("change", () => {
-  showVersus();
-  const frame = player?.frame;
+  showScatter({});
+  const { frame } = player ?? {};
   if (player) play();
   player?.seek(frame);
 });

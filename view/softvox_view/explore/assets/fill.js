@@ -1,33 +1,21 @@
 // A panel that fills the page, or the screen.
 
-import { element } from "./page.js";
-
-const WORDS = { true: ["⤡", "back to the page"], false: ["⤢", "fill the page"] };
-
-/** Give panels two buttons each: fill the page, and then the screen; Escape ends both. */
+/** Let the buttons "fill" and "screen" of panels do so; Escape ends both. */
 export function fillable(panels) {
   const fill = (filling) => {
     for (const panel of panels) {
-      const isIt = panel === filling;
-      const [sign, words] = WORDS[isIt];
-      const attributes = { "aria-pressed": isIt, "aria-label": words, title: words };
-      const button = panel.querySelector(".fill");
-      for (const [name, value] of Object.entries(attributes)) button.setAttribute(name, value);
-      button.textContent = sign;
-      panel.classList.toggle("filling", isIt);
+      panel.classList.toggle("filling", panel === filling);
+      panel.querySelector(".fill").setAttribute("aria-pressed", panel === filling);
     }
     document.body.classList.toggle("filled", Boolean(filling));
   };
   for (const panel of panels) {
-    const button = element("button", { type: "button", class: "fill" });
+    const [button, screen] = [".fill", ".screen"].map((name) => panel.querySelector(name));
     button.addEventListener("click", () => fill(panel.classList.contains("filling") ? null : panel));
-    const screen = element("button", { type: "button", class: "screen", text: "full screen" });
-    screen.addEventListener("click", () => {
-      if (document.fullscreenElement) document.exitFullscreen();
-      else panel.requestFullscreen();
-    });
-    panel.querySelector(".bar").append(...(document.fullscreenEnabled ? [screen] : []), button);
+    screen.disabled = !document.fullscreenEnabled;
+    screen.addEventListener("click", () =>
+      document.fullscreenElement ? document.exitFullscreen() : panel.requestFullscreen(),
+    );
   }
   addEventListener("keydown", ({ key }) => key === "Escape" && fill(null));
-  fill(null);
 }

@@ -3,6 +3,7 @@
 import { digitsOfAll, displacementsOf, SITES, timeStep } from "./physics.js";
 
 const STEPS = 2 ** 15 - 1; // the count that stands for 1
+const LANE = 0.3; // between robots in one panel, in distances for a robot alone
 const HALF_WAY = 1.5 * 2 ** 52; // added and taken away, it rounds to a whole number, ties to even
 
 /** Return the recording of designs that `simulateOn` made with so many steps between frames. */
@@ -91,36 +92,54 @@ function base64(array) {
 }
 
 /**
- * Return recordings of the same designs in several worlds, called by names, as one: on one clock,
- * the coarsest, each frame the nearest in time, and the last where a recording has ended.
+ * Return recordings of the same designs in several worlds, called by names, as one, as
+ * softvox_view.replay.versus does: each design's robots in one panel, side by side. All are on one
+ * clock, the coarsest, and a frame is the nearest in time, counted from when the pump begins.
  */
 export function together(recordings, names) {
   const [first] = recordings;
   if (recordings.length === 1) return first;
   const step = Math.max(...recordings.map((one) => one.seconds_per_frame));
-  const ends = recordings.map((one) => ((one.frames - 1) * one.seconds_per_frame) / step);
-  const frames = 1 + Math.floor(Math.max(...ends) + 1e-6);
-  const cycles = ((frames - 1) * step - first.settle_time) * first.frequency_hz;
-  const robots = first.robots.flatMap((_, i) => recordings.map((one, k) => timed(one, i, step, frames, names[k])));
-  return { ...first, frames, seconds_per_frame: step, cycles, robots };
+  const settle_time = Math.max(...recordings.map((one) => one.settle_time));
+  const ends = recordings.map((one) => ((one.frames - 1) * one.seconds_per_frame - one.settle_time) / step);
+  const count = 1 + Math.floor(settle_time / step + Math.max(...ends) + 1e-6);
+  const robots = first.robots.flatMap((_, i) => {
+    const heading = headingOf(first.robots[i], Math.round(first.settle_time / first.seconds_per_frame));
+    const apart = (first.style.lane ?? LANE) * first.robots[i].distance;
+    return recordings.map((one, k) => ({
+      ...timed(one.robots[i], one, step, count, settle_time),
+      world: names[k],
+      label: `${names[k]}: ${one.robots[i].label}`,
+      short_label: `${names[k]}: ${one.robots[i].short_label}`,
+      panel: i,
+      shift: [-Math.sin(heading), Math.cos(heading)].map((away) => k * apart * away),
+    }));
+  });
+  const cycles = ((count - 1) * step - settle_time) * first.frequency_hz;
+  return { ...first, frames: count, seconds_per_frame: step, settle_time, cycles, robots };
 }
 
-function timed({ frames, seconds_per_frame, robots }, i, step, count, name) {
-  const robot = robots[i];
+/** Where a robot's path leads from a frame to its end, radians. */
+function headingOf({ centre }, from) {
+  const bytes = Uint8Array.from(atob(centre), (letter) => letter.charCodeAt(0));
+  const path = new Float32Array(bytes.buffer);
+  const [x, y] = [0, 1].map((axis) => path.at(axis - 3) - path[3 * from + axis]);
+  return Math.atan2(y, x);
+}
+
+/** A robot with the frames nearest to a clock's. */
+function timed(robot, { frames, seconds_per_frame, settle_time }, step, count, settled) {
   const speed = step / seconds_per_frame;
+  const lead = (settle_time - settled) / seconds_per_frame;
+  const nearest = (frame) => Math.min(Math.max(Math.round(frame * speed + lead), 0), frames - 1);
   const rows = (text) => {
     const bytes = atob(text);
     const size = bytes.length / frames;
-    const at = (frame) => size * Math.min(Math.round(frame * speed), frames - 1);
-    return btoa(Array.from({ length: count }, (_, frame) => bytes.slice(at(frame), at(frame) + size)).join(""));
+    const row = (_, frame) => bytes.slice(size * nearest(frame), size * (nearest(frame) + 1));
+    return btoa(Array.from({ length: count }, row).join(""));
   };
   const { centre, position, quaternion, edge } = robot;
   const moving = Object.entries({ centre, position, quaternion, edge }).map(([key, text]) => [key, rows(text)]);
-  return {
-    ...robot,
-    ...Object.fromEntries(moving),
-    label: `${name}: ${robot.label}`,
-    short_label: `${name}: ${robot.short_label}`,
-    last: Math.min(Math.floor(robot.last / speed), count - 1),
-  };
+  const last = Math.min(Math.max(Math.floor((robot.last - lead) / speed), 0), count - 1);
+  return { ...robot, ...Object.fromEntries(moving), last };
 }

@@ -2,45 +2,23 @@
 
 import { find } from "./page.js";
 
+const LAID_OUT = 150; // ms
 const TOLD = "softvox-story";
 
+// Title, address, the panel that it is about, and what is said.
 const CHAPTERS = [
-  {
-    title: "One voxel breathes",
-    address: "design=2",
-    panel: "robot-panel",
-    text: `A voxel is a soft cube. Every edge of this red one grows by 24 % and shrinks again, four times
-      a second, as if it were pumped up. Alone it goes nowhere. Press play, and drag to look around.`,
-  },
-  {
-    title: "One robot walks",
-    address: "design=6453",
-    panel: "robot-panel",
-    text: `Five voxels, four red and one passive, cyan. Their pushing against the floor is not the same
-      on all sides, so it walks: 4.66 voxel widths in 15 breaths, which is its fitness.`,
-  },
-  {
-    title: "All 6561",
-    address: "",
-    panel: "map-panel",
-    text: `Eight places, each empty, passive or active, make 6561 robots. Every cell of the map is one,
-      and the brighter it is the farther that robot goes. Click a few.`,
-  },
-  {
-    title: "Another gravity",
-    address: "gravity=-1.62",
-    panel: "map-panel",
-    text: `The same robots on the Moon. All of them are simulated anew, here, on your machine; the
-      physics panel tells how many of the best hundred are still among the best.`,
-  },
-  {
-    title: "Another world",
-    address: "b.preset=reversal",
-    panel: "robot-panel",
-    text: `Two worlds side by side. The floor of the second holds by area instead of by weight, and the
-      robot that was best in the first walks the other way there: what a simulator calls good need not
-      be good in reality.`,
-  },
+  ["One voxel breathes", "design=2", "robot-panel", `A voxel is a soft cube. Every edge of this red one grows
+    by 24 % and shrinks again, four times a second, as if it were pumped up. Alone it goes nowhere.`],
+  ["One robot walks", "design=6453", "robot-panel", `Five voxels, four red and one passive, cyan. They push
+    against the floor on one side more than on the other, so it walks: 4.66 voxel widths in 15 breaths.
+    That is its fitness. Drag to look around.`],
+  ["All 6561", "design=6453", "map-panel", `Eight places, each empty, passive or active, make 6561 robots.
+    Every cell of the map is one, and the brighter it is the farther that robot goes. Choose some.`],
+  ["Another gravity", "gravity=-1.62", "map-panel", `The same robots on the Moon: all of them are simulated
+    anew, on your machine. Under the physics it then says how many of the best hundred still are.`],
+  ["Another world", "b.preset=reversal", "robot-panel", `Two worlds side by side. The floor of the second holds
+    by area and not by weight, and the best robot of the first walks the other way there: what a
+    simulator calls good need not be good in reality.`],
 ];
 
 /** Let the story be told by a button, and at once on a first visit; go(address) leads the page. */
@@ -50,7 +28,7 @@ export function story(isFirstVisit, go) {
 
   function tell(step) {
     at = step;
-    const { title, text, address, panel } = CHAPTERS[step];
+    const [title, address, panel, text] = CHAPTERS[step];
     card.hidden = false;
     find("story-title").textContent = `${step + 1} of ${CHAPTERS.length}: ${title}`;
     find("story-text").textContent = text;
@@ -58,8 +36,9 @@ export function story(isFirstVisit, go) {
     find("story-next").textContent = step === CHAPTERS.length - 1 ? "Done" : "Next";
     document.querySelectorAll(".told").forEach((told) => told.classList.remove("told"));
     find(panel).classList.add("told");
-    find(panel).scrollIntoView({ block: "nearest" });
     go(address);
+    // Where it is then: another world lays the page out anew.
+    setTimeout(() => find(panel).scrollIntoView(), LAID_OUT);
   }
 
   function end() {
