@@ -142,7 +142,7 @@ def draw_volume(_: Inputs) -> Figure:
         names = ", ".join(str(designs[i].index) for i in places)
         looks = {"color": str(0.14 * line), "ls": ("-", "--", "-.", ":")[line % 4], "lw": 1.3}
         right.plot(time, volume[places[0]], label=f"{share} active: {names}", **looks)
-    right.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)
+    right.legend(loc="upper right", handlelength=2.6)
     right.set_title("b\N{DOUBLE PRIME}  the best of nine bodies, mode hold", loc="left")
     for axis in (left, right):
         axis.set_xlabel("time, cycles")

@@ -18,8 +18,8 @@ __all__ = ["FORMATS", "INK", "encoded", "figure", "lay_out", "line", "on_white",
 #: Inches: the text width of a two-column paper. Pixels per inch.
 WIDTH, DPI = PRINT.widest, PRINT.dpi
 
-#: Points: of numbers and labels, and of what stands within a panel.
-SMALL, TINY = PRINT.font, 5.5
+#: Points: of numbers and labels.
+SMALL = PRINT.font
 
 GREY, PALE = "#8C8C8C", "#D9D9D9"
 

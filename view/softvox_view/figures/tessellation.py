@@ -110,7 +110,7 @@ def _level(axis: Axes, level: int) -> None:
         axis.imshow(picture(robot, PIXELS), extent=(x, x + 1, y, y + 1))
         if level == len(PAIRS) - 1:
             text = f"{fitness[robot.index]:.2f}"
-            axis.text(x + 0.06, y + 0.05, text, size=style.TINY, ha="left", va="bottom")
+            axis.text(x + 0.06, y + 0.05, text, size=style.SMALL, ha="left", va="bottom")
     for edge in (1, 2):
         axis.axhline(edge, color=style.GREY, lw=0.6)
         axis.axvline(edge, color=style.GREY, lw=0.6)
