@@ -279,7 +279,7 @@ def draw_robustness(_: Inputs) -> Figure:
     for chosen, looks, name in shown:
         left.plot(fitness[chosen], mean[chosen], "o", label=name, rasterized=True, **looks)
     left.legend(loc="upper left", markerscale=1.5)
-    for design, offset in ((best[0], (0, 6)), (robust[0], (6, 4))):
+    for design, offset in ((best[0], (0, 6)), (robust[0], (18, 5))):
         place = fitness[design], mean[design]
         words = f"{design}: {place[1]:.2f}"
         left.annotate(words, place, xytext=offset, textcoords="offset points", ha="center")
