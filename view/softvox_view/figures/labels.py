@@ -54,5 +54,10 @@ def put(
         clear = np.concatenate([clear, [[*low[best], *(low[best] + size)]]])
         if away[best] > far:
             white = [patheffects.withStroke(linewidth=1.8, foreground="white")]
-            leader: dict[str, Any] = {"color": style.INK, "lw": 0.6, "path_effects": white}
-            axis.plot(*np.transpose([place, ends[best]]), transform=axis.transAxes, **leader)
+            leader: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 1.5}
+            axis.plot(
+                *np.transpose([place, ends[best]]),
+                transform=axis.transAxes,
+                path_effects=white,
+                **leader,
+            )
