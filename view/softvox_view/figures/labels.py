@@ -26,17 +26,16 @@ def put(
     clear: Array,
     lines: Array,
     far: float = FAR,
-    **looks: Any,
 ) -> None:
     """Write words as near to their places as there is room; a word without room is left out.
 
     The figure must be laid out. They keep clear of boxes (n, 4), left, bottom, right and top, and
     rather do not cover lines, points (m, 2). All are shares of the panel's sides. A line leads to a
-    word that is farther away than `far`. Looks are those of the words; see `Axes.text`.
+    word that is farther away than `far`.
     """
     for word, place in words:
         options: dict[str, Any] = {"size": style.SMALL, "parse_math": False, "va": "bottom"}
-        text = axis.text(0, 0, word, transform=axis.transAxes, **options | looks)
+        text = axis.text(0, 0, word, transform=axis.transAxes, bbox=style.PAPER, **options)
         size = np.divide(text.get_window_extent().size, axis.bbox.size)
         across, up = (np.arange(ROOM, 1 - ROOM - side, STEP) for side in size)
         low = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
@@ -53,11 +52,7 @@ def put(
         text.set(position=low[best], zorder=6)
         clear = np.concatenate([clear, [[*low[best], *(low[best] + size)]]])
         if away[best] > far:
-            white = [patheffects.withStroke(linewidth=1.8, foreground="white")]
-            leader: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 1.5}
-            axis.plot(
-                *np.transpose([place, ends[best]]),
-                transform=axis.transAxes,
-                path_effects=white,
-                **leader,
-            )
+            white = [patheffects.withStroke(linewidth=1.6, foreground="white")]
+            leader: dict[str, Any] = {"color": style.INK, "lw": 0.5, "path_effects": white}
+            leader |= {"transform": axis.transAxes, "zorder": 1.5}
+            axis.plot(*np.transpose([place, ends[best]]), **leader)

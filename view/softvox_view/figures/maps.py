@@ -43,9 +43,6 @@ SQUARE, INCHES = 9, 0.28
 #: a share of the map's side.
 NAMED, AROUND = 10, 0.016
 
-#: What a word on a map is written on.
-_PAPER: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0}
-
 #: Of noise; and voxel widths: of slower robots a share says little, since many of them walk faster
 #: under noise.
 LEVEL, FAST = 1.0, 1.0
@@ -95,7 +92,7 @@ def mark(
         textcoords="offset points",
         size=style.SMALL,
         color=style.INK,
-        bbox=_PAPER,
+        bbox=style.PAPER,
         ha="left" if offset[0] >= 0 else "right",
         va="bottom" if offset[1] >= 0 else "top",
         zorder=5,
@@ -145,9 +142,7 @@ def name_best(axis: Axes, values: Array) -> None:
     words = [f"{i}: {design}, {values[design]:.2f}" for i, design in enumerate(best, start=1)]
     style.lay_out(axis.get_figure())  # where the words go depends on how large the map is
     clear = np.hstack([places - AROUND, places + AROUND])
-    labels.put(
-        axis, list(zip(words, places, strict=True)), clear=clear, lines=places, far=0, bbox=_PAPER
-    )
+    labels.put(axis, list(zip(words, places, strict=True)), clear=clear, lines=places, far=0)
 
 
 def kinds() -> NDArray[np.int64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,9 @@ WIDTH, DPI = PRINT.widest, PRINT.dpi
 SMALL = PRINT.font
 
 GREY, PALE = "#8C8C8C", "#D9D9D9"
+
+#: What words on colours or lines are written on.
+PAPER: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0}
 
 #: Fitness and all else that has a size: perceptually uniform, lightness rising, colour-blind safe.
 SEQUENTIAL = "cividis"
