@@ -48,8 +48,8 @@ given, a folder of theirs.
 
 --reality chooses the worlds that the simulator is held against in the figures
 whose names begin with gap; softvox reality --list names them. Otherwise gap and
-gap_headings show all that have a name, and gap_tracks and gap_map area_friction,
-where most of the best robots turn round.
+gap_headings show all that have a name, and gap_tracks and gap_map are of
+area_friction, where most of the best robots turn round.
 
 --tracks lays real robots' tracks over the simulated ones and compares them:
 angle between the displacements, end-point error, RMS. The file is CSV with

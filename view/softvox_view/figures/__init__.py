@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 FIGURES = {
     "gallery": "the published top hundred, ten by ten (Fig. 1a)",
     "tessellation": "the key to the maps: sites, pairs and nesting (Fig. 3)",
-    "heatmap": "the fitness of all 6561 designs as a map, its best named (Fig. 4)",
+    "heatmap": "the fitness of all 6561 designs, the best named (Fig. 4)",
     "classes": "maps of the kinds of robot and of the symmetry classes",
     "heading": "a map of the directions in which the designs travel",
-    "robustness": "mean fitness at noise level 1 against that without, and the share kept",
-    "tracks": "the best of nine bodies over 23 cycles, real tracks laid over (Fig. 7')",
+    "robustness": "mean fitness at noise level 1 against that without; share kept",
+    "tracks": "the best of nine bodies over 23 cycles, and real ones (Fig. 7')",
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
-    "gap": "fitness in every reality against that in its simulator, one panel each",
+    "gap": "fitness in every reality against that in its simulator",
     "gap_headings": "headings in every reality against those in its simulator",
     "gap_tracks": "the best of nine bodies in both worlds, with the angle between",
     "gap_map": "a map of the designs that turn in a reality",
-    "search": "searchers compared, from folders of results of softvox compare",
-    "transfer": "transfer methods compared, from folders of results of softvox compare",
+    "search": "searchers compared, from folders of softvox compare",
+    "transfer": "transfer methods compared, from folders of softvox compare",
 }
 
 #: What is made of results, and of realities.

@@ -120,10 +120,11 @@ def draw_heatmap(inputs: Inputs) -> Figure:
         places = ranks(fitness)
         image = show(axis, places, cmap=f"{style.SEQUENTIAL}_r")
         bar = made.colorbar(image, ax=axis, label="rank: fitness in voxel widths", pad=0.02)
-        at = np.array([1, *range(500, places.max(), 500)])
-        worth = fitness[ranked(fitness)][at - 1]
+        at = [1, *range(500, int(places.max()), 500)]
+        worth = fitness[ranked(fitness)][np.array(at) - 1]
         bar.set_ticks(at, labels=[f"{n}: {value:.2f}" for n, value in zip(at, worth, strict=True)])
         bar.ax.invert_yaxis()
+    style.lay_out(made)  # where the words go depends on how large the map is
     name_best(axis, fitness)
     return made
 
@@ -134,13 +135,15 @@ def ranks(values: Array) -> NDArray[np.int64]:
 
 
 def name_best(axis: Axes, values: Array) -> None:
-    """Put rings around the best of all designs, and lead to their ranks, numbers and values."""
+    """Put rings around the best of all designs, and lead to their ranks, numbers and values.
+
+    The figure must be laid out.
+    """
     best = ranked(values)[:NAMED]
     for design in best:
         outline(axis, int(design), marker="o", ms=5)
     places = (np.stack(cell_of(best)[::-1], axis=1) + 0.5) / SIDE
     words = [f"{i}: {design}, {values[design]:.2f}" for i, design in enumerate(best, start=1)]
-    style.lay_out(axis.get_figure())  # where the words go depends on how large the map is
     clear = np.hstack([places - AROUND, places + AROUND])
     labels.put(axis, list(zip(words, places, strict=True)), clear=clear, lines=places, far=0)
 
