@@ -27,6 +27,10 @@ _STEPS = "steps-post"
 
 _AXIS = {"regret": "regret", "best": "best fitness"}
 
+#: What is ranked, and its band, by the columns of the tables.
+_RANKED = dict.fromkeys(("iqm", "ert", "true_regret"), "value")
+_RANKED |= {f"true_regret_{end}": end for end in ("low", "high")}
+
 #: Of both measures under noise, the title of a figure and of its axis.
 _NOISE = {
     "true_regret": ("True regret by level of noise (IQM)", "true regret, voxel widths"),
@@ -120,24 +124,19 @@ def ranking(
     best for the searcher.
     """
     last = budgets.dropna(subset="iqm").groupby(["terms", "searcher"], sort=False).tail(1)
-    measure, word = _measure(budgets), " terms"
+    cost, measure, by = target[target["target"] == 1], _measure(budgets), "terms"
+    shown = {f"{measure} at the end, voxel widths": last, "evaluations per best design found": cost}
     if noisy is not None and noisy["known"].gt(0).all():
-        word, renamed = "", {"policy": "series", "true_regret": "value"}
-        renamed |= {"true_regret_low": "low", "true_regret_high": "high"}
-        shown = {"true regret of what is recommended, voxel widths": noisy.rename(columns=renamed)}
-    else:
-        shown = {
-            f"{measure} at the end, voxel widths": last,
-            "evaluations per best design found": target[target["target"] == 1],
-        }
-        renamed = {"terms": "series", "iqm": "value", "ert": "value"}
-        shown = {label: table.rename(columns=renamed) for label, table in shown.items()}
+        by, shown = "policy", {"true regret of what is recommended, voxel widths": noisy}
+    shown = {
+        label: table.rename(columns={by: "series", **_RANKED}) for label, table in shown.items()
+    }
     series = list(dict.fromkeys(next(iter(shown.values()))["series"]))
-    counted = series[:1] if word else series
+    counted = series[:1] if by == "terms" else series
     ranked = (table[table["series"].isin(counted)] for table in shown.values())
-    names = _ranked(ranked, is_best_largest=bool(word) and measure == "best")
-    height = 1.6 + max(0.32, 0.14 * len(series)) * len(names)
-    made = style.figure(3.2 + 3.6 * len(shown), scaled(height))
+    names = _ranked(ranked, is_best_largest=by == "terms" and measure == "best")
+    row = max(0.32, 0.14 * len(series))
+    made = style.figure(3.2 + 3.6 * len(shown), scaled(1.6 + row * len(names)))
     axes = made.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for axis, (label, table) in zip(axes, shown.items(), strict=True):
         if label.startswith("evaluations"):
@@ -150,10 +149,8 @@ def ranking(
     words = [f"{i}. {name}{cut.get(name, '')}" for i, name in enumerate(names, start=1)]
     axes[0].set_yticks(range(len(names)), words)
     axes[0].set_ylim(len(names) - 0.5, -0.5)
-    handles = [
-        line(f"{name or 'no policy'}{word}", **_look(i) | {"ls": "none"})
-        for i, name in enumerate(series)
-    ]
+    words = [f"{name} terms" if by == "terms" else name or "no policy" for name in series]
+    handles = [line(word, **_dots(i)) for i, word in enumerate(words)]
     style.legend(made, f"The searchers ranked{at}", handles)
     return made
 
@@ -169,17 +166,15 @@ def _ranked(tables: Iterable[pd.DataFrame], *, is_best_largest: bool) -> list[st
 
 def _rows(axis: Axes, table: pd.DataFrame, names: list[str], series: list[str]) -> None:
     """Draw value, low and high of a table, a row per name; what is infinite goes to the edge."""
-    ends = table[["value", "low", "high"]].replace(np.inf, np.nan)
-    edge = 1.1 * float(np.nanmax(ends.to_numpy(), initial=0.2))
+    finite = table[["value", "low", "high"]].replace(np.inf, np.nan)
+    edge = 1.1 * float(np.nanmax(finite.to_numpy(), initial=0.2))
     for i, kind in enumerate(series):
         here = table[table["series"] == kind]
         shift = (i - (len(series) - 1) / 2) * 0.7 / len(series)
         rows = np.array([names.index(name) for name in here["searcher"]]) + shift
-        look = _look(i) | {"ls": "none"}
-        axis.hlines(
-            rows, here["low"], here["high"].clip(upper=edge), color=look["color"], lw=scaled(1.4)
-        )
-        axis.plot(here["value"].replace(np.inf, edge), rows, **look | {"clip_on": False})
+        color, ends = _look(i)["color"], here["high"].clip(upper=edge)
+        axis.hlines(rows, here["low"], ends, color=color, lw=scaled(1.4))
+        axis.plot(here["value"].replace(np.inf, edge), rows, clip_on=False, **_dots(i))
         for row in rows[np.isinf(here["value"])]:
             axis.text(0.97 * edge, row, "none found it ", ha="right", va="center")
     axis.set_xlim(0 if axis.get_xscale() == "linear" else None, edge)
@@ -298,6 +293,10 @@ def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: 
     handles = [line(policy or "no policy", **_look(i)) for i, policy in enumerate(policies)]
     style.legend(made, f"{title}{at}", handles)
     return made
+
+
+def _dots(i: int) -> dict[str, Any]:
+    return _look(i) | {"ls": "none"}
 
 
 def _look(i: int) -> dict[str, Any]:

@@ -20,12 +20,7 @@ STEP, ROOM, FAR, DETOUR = 0.01, 0.012, 0.05, 0.03
 
 
 def put(
-    axis: Axes,
-    words: Sequence[tuple[str, Array]],
-    *,
-    clear: Array,
-    lines: Array,
-    far: float = FAR,
+    axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: Array, far: float = FAR
 ) -> None:
     """Write words as near to their places as there is room; a word without room is left out.
 

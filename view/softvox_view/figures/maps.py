@@ -265,21 +265,16 @@ def draw_robustness(_: Inputs) -> Figure:
     left, right = made.subplots(1, 2)
     left.axline((0, 0), slope=1, color=style.INK, lw=0.6, zorder=2.5)
     best, robust = ranked(fitness)[:TOP], ranked(mean)[:TOP]
-    shown = (
-        (slice(None), {"ms": 1.3, "mew": 0, "color": APART[3]}, "every design"),
-        (best, {"ms": 2.4, "mew": 0, "color": APART[4]}, f"the best {TOP} without noise"),
-        (
-            robust,
-            {"ms": 4.2, "mew": 0.6, "mfc": "none", "mec": style.INK},
-            f"the best {TOP} under noise",
-        ),
-    )
-    for chosen, looks, name in shown:
-        left.plot(fitness[chosen], mean[chosen], "o", label=name, rasterized=True, **looks)
+    dots: dict[str, Any] = {"marker": "o", "ls": "none", "rasterized": True}
+    left.plot(fitness, mean, label="every design", color=APART[3], ms=1.3, mew=0, **dots)
+    ring: dict[str, Any] = {"mfc": "none", "mec": style.INK, "ms": 4.2, "mew": 0.6}
+    dot: dict[str, Any] = {"color": APART[4], "ms": 2.4, "mew": 0}
+    for chosen, noise, look in ((best, "without", dot), (robust, "under", ring)):
+        name = f"the best {TOP} {noise} noise"
+        left.plot(fitness[chosen], mean[chosen], label=name, **look, **dots)
     left.legend(loc="upper left", markerscale=1.5)
     for design, offset in ((best[0], (0, 6)), (robust[0], (18, 5))):
-        place = fitness[design], mean[design]
-        words = f"{design}: {place[1]:.2f}"
+        words, place = f"{design}: {mean[design]:.2f}", (fitness[design], mean[design])
         left.annotate(words, place, xytext=offset, textcoords="offset points", ha="center")
     side = 1.1 * fitness.max()
     left.set(xlim=(0, side), ylim=(0, side), aspect="equal", anchor="N")

@@ -56,6 +56,10 @@ NAMES = [*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2))]
 #: Inches: of a row of panels, of what is below all rows, and of the legend above.
 ROW, FOOT, LEGEND = 2.24, 0.1, 0.38
 
+#: What the words above the panels are.
+FITNESS_ABOVE = f"above each panel: design and fitness, the voxel widths after {PUBLISHED} cycles"
+ERRORS_ABOVE = "at the right: angle between the displacements, RMS error, means over trials"
+
 #: Share of a panel's half side that the tracks leave free at the sides.
 MARGIN = 0.12
 
@@ -246,36 +250,21 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     made.supylabel("y, cm")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
-    made.legend(
-        title="\n".join(_key(panels)),
-        handles=_handles(panels),
-        title_fontsize=style.SMALL,
-        loc="outside upper center",
-        ncols=3 if is_compared else 4,
-    )
+    title = [FITNESS_ABOVE] if panels[0].fitness else []
+    title += [ERRORS_ABOVE] if is_compared else []
+    looks: dict[str, Any] = {"title_fontsize": style.SMALL, "loc": "outside upper center"}
+    columns = 3 if is_compared else 4
+    made.legend(title="\n".join(title), handles=_handles(panels), ncols=columns, **looks)
     style.lay_out(made)  # where the words go depends on how large the panels are
     for axis, own_words in zip(axes, words, strict=False):
         labels.put(axis, **own_words)
     return made
 
 
-def _key(panels: Sequence[Panel]) -> list[str]:
-    """Return what stands above the panels."""
-    lines = []
-    if panels[0].fitness:
-        fitness = f"fitness, the distance after {PUBLISHED} cycles in voxel widths"
-        lines.append(f"above each panel: the design, and its {fitness}")
-    if any(panel.real for panel in panels):
-        lines.append("at the right: angle between the displacements, RMS error, means over trials")
-    return lines
-
-
 def _handles(panels: Sequence[Panel]) -> list[Line2D]:
     """Return the entries of the legend for what the panels show."""
-    handles = [
-        style.line("start", marker="o", mfc="none", **_END),
-        style.line("end, simulated", marker="D", mfc="none", **_END),
-    ]
+    handles = [style.line("start", marker="o", mfc="none", **_END)]
+    handles.append(style.line("end, simulated", marker="D", mfc="none", **_END))
     if panels[0].fitness:
         handles.append(style.line(f"after {PUBLISHED} cycles", **_FITNESS))
     if any(panel.tipped for panel in panels):
@@ -315,8 +304,7 @@ def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
 def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dict[str, Any]:
     """Draw what is around the tracks, and return the words to be put among them.
 
-    These are the trials' names at the ends of their tracks, where it falls, and that a scale is
-    another.
+    These are the trials' names at their ends, when a robot falls, and that a scale is another.
     """
     x, y = middle(panel.points)
     axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
