@@ -100,11 +100,8 @@ def add_parser(commands: Any) -> None:
         help="a reality, for the figures gap; may be given several times",
     )
     parser.add_argument("--scale", choices=SCALES, help="of the heatmap's colours (default: rank)")
-    parser.add_argument(
-        "--one-per-class",
-        action="store_true",
-        help="gallery: one robot of all that a turn or mirror makes of one another",
-    )
+    one = "gallery: one per symmetry class"
+    parser.add_argument("--one-per-class", action="store_true", help=one)
     parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
@@ -167,13 +164,8 @@ def _names(args: Namespace) -> list[str]:
     for name in names:
         if name not in FIGURES:
             raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
-    uses = {
-        "results": OF_RESULTS,
-        "tracks": ("tracks",),
-        "reality": OF_REALITIES,
-        "scale": ("heatmap",),
-        "one-per-class": ("gallery",),
-    }
+    uses = {"results": OF_RESULTS, "tracks": ("tracks",), "reality": OF_REALITIES}
+    uses |= {"scale": ("heatmap",), "one-per-class": ("gallery",)}
     for option, figures in uses.items():
         if names and getattr(args, option.replace("-", "_")) and not {*names} & {*figures}:
             which = (
