@@ -122,11 +122,9 @@ benchmark: $(VENV)/installed
 
 # The committed pictures; anew after a change of how they look.
 pictures: $(VENV)/installed
-	$(BIN)/python docs/picture.py
 	$(BIN)/python tools/architecture.py
 	$(BIN)/python tools/pictures.py
 	$(BIN)/python benchmarks/bodies.py --draw
-	$(BIN)/softvox figures gap_map gap_tracks --format png --force --out docs
 	$(BIN)/softvox replay 6453 --width 240 --fps 14 --speed 1 --force --out docs/6453.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 

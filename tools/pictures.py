@@ -1,7 +1,7 @@
 """Draw the committed pictures anew that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: the README's gallery and heatmap, and
-baselines/*/figures, the figures of the committed comparisons, from their tables.
+Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
+and of baselines/*/report.md, with these pages, from the tables of the committed comparisons.
 """
 
 import io
@@ -10,35 +10,51 @@ from pathlib import Path
 from PIL import Image
 
 from softvox_gym.files import write_file
-from softvox_search.report import figures, style, text
-from softvox_view.figures import files_of, make
+from softvox_search.experiment.results import read
+from softvox_search.report import figures, page, style, text, transfer, transfer_figures
+from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
 
 ROOT = Path(__file__).parents[1]
-BASELINES = ("noise_free", "noise")
+BASELINES = ("noise_free", "noise", "transfer")
 
-#: Pixels, and colours: the README shows it no wider, and a hundred shaded robots make a large file.
-GALLERY_WIDTH, GALLERY_COLOURS = 1100, 128
+#: Of the files, which hold few: what is drawn has fewer still, but for shaded robots.
+COLOURS = 256
+
+
+def smaller(png: bytes) -> bytes:
+    """Return a picture with as many colours as a palette has."""
+    content = io.BytesIO()
+    picture = Image.open(io.BytesIO(png)).convert("RGB").quantize(COLOURS)
+    picture.save(content, "png", optimize=True)
+    return content.getvalue()
 
 
 def draw_docs() -> None:
-    """Draw what the README shows."""
-    heatmap = files_of(make("heatmap"), ["png"])["heatmap.png"]
-    write_file(ROOT / "docs" / "heatmap.png", heatmap, force=True)
-    gallery = Image.open(io.BytesIO(files_of(make("gallery"), ["png"])["gallery.png"]))
-    height = gallery.height * GALLERY_WIDTH // gallery.width
-    small = gallery.convert("RGB").resize((GALLERY_WIDTH, height), Image.Resampling.LANCZOS)
-    content = io.BytesIO()
-    small.quantize(GALLERY_COLOURS).save(content, "png", optimize=True)
-    write_file(ROOT / "docs" / "gallery.png", content.getvalue(), force=True)
+    """Draw every figure of our own data, and the gallery with one robot per class."""
+    files = files_of(make("gallery", Inputs(one_per_class=True)), ["png"])
+    files = {"gallery_classes.png": files["gallery.png"]}
+    for name in FIGURES:
+        if name not in OF_RESULTS:
+            files |= files_of(make(name), ["png"])
+    for name, content in files.items():
+        if name.endswith(".png"):
+            write_file(ROOT / "docs" / name, smaller(content), force=True)
 
 
 def draw_baselines() -> None:
-    """Draw the figures of the committed comparisons, as their reports do."""
+    """Draw the figures of the committed comparisons, and write their pages, as their reports do."""
     for name in BASELINES:
         folder = ROOT / "baselines" / name
+        tables, results = text.read(folder / "tables"), read(folder, of_transfer=None)
+        drawing, showing = (
+            (transfer_figures, transfer) if results.is_of_transfer else (figures, page)
+        )
         with style.style():
-            for key, figure in figures.draw(text.read(folder / "tables")).items():
-                write_file(folder / "figures" / f"{key}.png", style.encoded(figure), force=True)
+            made = {f"{key}.png": one for key, one in drawing.draw(tables).items()}
+            for file, figure in made.items():
+                write_file(folder / "figures" / file, style.encoded(figure), force=True)
+        content = showing.page(results, tables, list(made)).encode()
+        write_file(folder / "report.md", content, force=True)
 
 
 def main() -> None:

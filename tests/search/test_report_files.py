@@ -79,8 +79,58 @@ def test_figures_say_at_which_level_and_under_which_policy_searchers_are_compare
     monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     write(tmp_path, results(*random_runs(["a"], 2, 20, levels=(0.5,), policies=("mean", "all"))))
     titles = [figure.legends[0].get_title().get_text() for figure in drawn]
-    assert titles[0] == "Regret in raw terms, noise level 0.5, policy mean"
-    assert titles[4] == "Regret at fixed budgets, noise level 0.5, policy mean"
+    assert titles[0] == "The searchers ranked, noise level 0.5"
+    assert titles[1] == "Regret in raw terms, noise level 0.5, policy mean"
+    assert titles[5] == "Regret at fixed budgets, noise level 0.5, policy mean"
+
+
+def test_searchers_are_ranked_by_what_they_find_in_the_end_then_by_what_it_costs(tmp_path):
+    poor = list(range(59))
+    designs = {
+        "none": [*poor, 59],
+        "late": [*poor, 6453],
+        "best": [6453, *poor],
+        "short": poor[:50],
+    }
+    runs = [run(i, name, own) for i, (name, own) in enumerate(designs.items())]
+    made = results(*runs, budgets={"short": {"unique": 50}})
+    page = written(tmp_path, made)["report.md"].decode()
+    assert 0 < page.index("figures/ranking.png") < page.index("## Runs")
+    with style.style():
+        drawn = figures.draw(text.read(tmp_path / "tables"))
+    assert next(iter(drawn)) == "ranking"
+    left, right = drawn["ranking"].axes
+    names = [label.get_text() for label in left.get_yticklabels()]
+    assert names == ["1. best", "2. late", "3. none", "4. short (after 50)"]
+    assert [word.get_text().strip() for word in right.texts] == ["none found it"] * 4
+    marks = right.lines[0].get_xdata()
+    assert sorted(marks)[:2] == [1, 60]
+
+
+def test_under_noise_searchers_are_ranked_by_what_they_recommend_under_their_best_policy(tmp_path):
+    rows = [
+        run(0, "a", [6453], level=1.0, policy="naive"),
+        run(1, "a", [0], level=1.0, policy="all"),
+        run(2, "b", [926], level=1.0, policy="naive"),
+        run(3, "b", [926], level=1.0, policy="all"),
+    ]
+    write(tmp_path, results(*rows))
+    with style.style():
+        (axis,) = figures.draw(text.read(tmp_path / "tables"))["ranking_level_1"].axes
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["1. a", "2. b"]
+
+
+def test_levels_of_noise_have_their_distance_on_their_axis():
+    table = pd.DataFrame(
+        [("a", policy, level) for policy in ("naive", "all") for level in (0, 0.5, 2)],
+        columns=["searcher", "policy", "level"],
+    ).assign(optimism=1.0, optimism_low=0.9, optimism_high=1.1)
+    with style.style():
+        (axis,) = figures.noise(table, table, "optimism", "").axes
+    assert axis.get_xticks().tolist() == [0, 0.5, 2]
+    for line in axis.lines[:2]:
+        assert np.diff(line.get_xdata()) == pytest.approx([0.5, 1.5])
+        assert np.abs(line.get_xdata() - [0, 0.5, 2]).max() < 0.25
 
 
 def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, monkeypatch):
@@ -230,8 +280,10 @@ def test_a_label_is_text_in_figures_and_on_the_page(tmp_path, monkeypatch):
         assert label not in page
     for figure in drawn:
         words = figure.findobj(matplotlib.text.Text)
-        assert set(LABELS) <= {word.get_text() for word in words}
-        assert not any(word.get_parse_math() for word in words if word.get_text() in LABELS)
+        # The labels of the ranking begin with the ranks.
+        shown = {re.sub(r"^\d\. ", "", word.get_text()): word for word in words}
+        assert set(LABELS) <= set(shown)
+        assert not any(shown[label].get_parse_math() for label in LABELS)
     assert set(pd.read_csv(tmp_path / "tables" / "runs.csv")["searcher"]) == set(LABELS)
 
 

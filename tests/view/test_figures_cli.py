@@ -87,6 +87,8 @@ def test_earlier_figures_stay_unless_forced(tmp_path):
         (["heatmaps"], "no figure 'heatmaps'; there are gallery, tessellation, .*, transfer"),
         (["search"], "results of searchers; give --results DIR"),
         (["transfer"], "results of transfer methods; give --results DIR"),
+        (["gallery", "--scale", "rank"], "--scale is for the figure heatmap; name that as well"),
+        (["heatmap", "--one-per-class"], "--one-per-class is for the figure gallery; name that"),
         (["heatmap", "--tracks", "real.csv"], "--tracks is for the figure tracks; name that"),
         (
             ["heatmap", "--results", "results"],
@@ -105,12 +107,18 @@ def test_bad_input_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, ar
     assert list(tmp_path.iterdir()) == []
 
 
-def test_realities_are_chosen_once_each(tmp_path, monkeypatch):
+def test_realities_are_chosen_once_each_and_other_options_reach_their_figures(
+    tmp_path, monkeypatch
+):
     given = []
     monkeypatch.setattr(command, "make", lambda _, inputs: given.append(inputs) or Drawing({}))
     chosen = ["--reality", "lag", "--reality", "public-0", "--reality", "lag"]
     assert softvox_figures("gap", *chosen, "--out", tmp_path / "out") == 0
     assert [one.name for one in given[0].realities] == ["lag", "public-0"]
+    assert (given[0].scale, given[0].one_per_class) == ("rank", False)
+    options = ("--scale", "fitness", "--one-per-class", "--force")
+    assert softvox_figures(*options, "--out", tmp_path / "out") == 0
+    assert (given[-1].scale, given[-1].one_per_class) == ("fitness", True)
 
 
 @pytest.mark.parametrize(

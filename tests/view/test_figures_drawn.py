@@ -8,13 +8,22 @@ import pytest
 from view.figure_labels import check_labels, texts_of
 
 import softvox_gym
-from softvox_gym import Design
+from softvox_gym import Design, Physics, simulate
 from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.real_tracks import RealTrack, compare, read_tracks
 from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make, style
-from softvox_view.figures.maps import KINDS, class_ranks, colour_of, kept, kinds, mean_displacement
+from softvox_view.figures.maps import (
+    KINDS,
+    NAMED,
+    class_ranks,
+    colour_of,
+    kept,
+    kinds,
+    mean_displacement,
+    ranks,
+)
 from softvox_view.figures.robots import best_of_bodies, published, relative_volume
-from softvox_view.figures.tracks import CYCLES, PER_CYCLE
+from softvox_view.figures.tracks import CYCLES, PER_CYCLE, STEPS, tipping_cycles
 from softvox_view.tessellation import cell_of
 
 OWN = [name for name in FIGURES if name not in OF_RESULTS]
@@ -34,6 +43,7 @@ def test_no_label_lies_on_another_or_off_the_page(name):
         assert len(texts_of(figure)) >= 8
         with style.style():
             check_labels(figure)
+            assert min(text.get_fontsize() for text in texts_of(figure)) >= style.SMALL
 
 
 @pytest.mark.parametrize("name", OWN)
@@ -82,17 +92,50 @@ def test_the_gallery_shows_the_published_hundred_in_their_order():
     ]
     made, _ = drawn("gallery")
     shown = [text.get_text() for text in made.figures["gallery"].axes[0].texts]
-    assert shown[:4] == ["4.66", "6453", "4.65", "4295"]
-    assert len(shown) == 200
+    assert shown[:4] == ["4.66", "1: 6453", "4.65", "2: 4295"]
+    assert len(shown) == 200 + 3
 
 
-def test_the_heatmap_shows_every_designs_fitness_at_its_cell():
-    made, _ = drawn("heatmap")
-    (image,) = made.figures["heatmap"].axes[0].images
+def test_the_gallery_shows_the_first_of_each_class_on_demand():
+    texts = make("gallery", Inputs(one_per_class=True)).figures["gallery"].axes[0].texts
+    shown = [text.get_text().split(" ", 2) for text in texts[1:-3:2]]
+    assert shown[:2] == [
+        ["1:", "6453", "\N{MULTIPLICATION SIGN}4"],
+        ["5:", "5029", "\N{MULTIPLICATION SIGN}8"],
+    ]
+    assert sum(int(size[1:]) for _, _, size in shown) == 100
+    hundred = [design.index for design, _ in published()]
+    class_of = symmetry_classes()
+    for rank, number, _ in shown:
+        place = int(rank[:-1]) - 1
+        assert hundred[place] == int(number)
+        assert class_of[hundred[place]] not in class_of[hundred[:place]]
+
+
+def test_the_heatmap_shows_every_designs_rank_or_fitness_at_its_cell():
     fitness = softvox_gym.landscape()["fitness"]
     rows, columns = cell_of(np.arange(6561))
-    assert np.array_equal(np.asarray(image.get_array())[rows, columns], fitness)
-    assert image.origin == "lower"
+    for scale, expected in (("fitness", fitness), ("rank", ranks(fitness))):
+        axis = make("heatmap", Inputs(scale=scale)).figures["heatmap"].axes[0]
+        (image,) = axis.images
+        assert np.array_equal(np.asarray(image.get_array())[rows, columns], expected)
+        assert image.origin == "lower"
+        names = [text.get_text() for text in axis.texts]
+        assert names[:2] == ["1: 6453, 4.66", "2: 4295, 4.65"]
+        assert len(names) == NAMED
+
+
+def test_equal_values_share_the_better_rank():
+    assert ranks(np.array([0.0, 2.0, 0.0, 3.0])).tolist() == [3, 2, 3, 1]
+
+
+def test_robustness_shows_every_design_where_its_fitness_and_its_mean_are():
+    made, _ = drawn("robustness")
+    every, best, robust = made.figures["robustness"].axes[0].lines[1:]
+    fitness, mean = softvox_gym.landscape()["fitness"], softvox_gym.noisy_landscape(1)["mean"]
+    assert np.array_equal(every.get_xydata(), np.stack([fitness, mean], axis=1))
+    assert sorted(best.get_xdata()) == sorted(fitness)[-100:]
+    assert sorted(robust.get_ydata()) == sorted(mean)[-100:]
 
 
 def test_every_design_has_the_kind_that_it_is_of():
@@ -194,6 +237,18 @@ def test_simulated_tracks_are_a_file_of_tracks_that_has_no_error(tmp_path):
     assert len(errors) == 9
     # The file has six decimals.
     assert np.array(errors, dtype=float).max() < 2e-6
+
+
+def test_a_robot_falls_on_another_side_where_its_voxels_change_places():
+    """6453 walks on two voxels with two at one height, until it lies on one of these as well."""
+    result = simulate([6453, 573], Physics.published().lasting(16), frames=STEPS)
+    assert tipping_cycles(result) == [16, 0]
+    heights = result.frames.position[0, :, *np.nonzero(result.designs[0]), 2] / 0.01
+    on_floor = np.sum(heights < 0.51, axis=0)
+    assert on_floor[[2, 15, 17]].tolist() == [2, 2, 3]
+    axis = drawn("tracks")[0].figures["tracks"].axes[0]
+    assert axis.get_title(loc="left") == "a  6453: 4.66"
+    assert [text.get_text() for text in axis.texts] == ["falls in cycle 16"]
 
 
 def test_a_robot_turned_aside_is_found_out(tmp_path):

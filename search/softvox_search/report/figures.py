@@ -1,8 +1,8 @@
-"""The figures of a report: regret over time, targets reached, regret at fixed budgets, noise."""
+"""The figures of a report: who is best, regret over time, targets, fixed budgets, noise."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +26,10 @@ _OWN, _BASE = "#00436B", "#C75B00"
 _STEPS = "steps-post"
 
 _AXIS = {"regret": "regret", "best": "best fitness"}
+
+#: What is ranked, and its band, by the columns of the tables.
+_RANKED = dict.fromkeys(("iqm", "ert", "true_regret"), "value")
+_RANKED |= {f"true_regret_{end}": end for end in ("low", "high")}
 
 #: Of both measures under noise, the title of a figure and of its axis.
 _NOISE = {
@@ -55,6 +59,12 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
         policy = [f"policy {problem['policy']}"] if problem["policy"] else []
         at = "".join(f", {part}" for part in where(problems, problem) + policy)
         what = "Regret" if problem["known"] else "Best fitness"
+        if len(budgets):
+            target = on(problem, tables["fixed_target"])
+            noisy = on(problem, tables["noise_searchers"]) if "noise_searchers" in tables else None
+            made[f"ranking{problem['name']}"] = ranking(
+                budgets, target, noisy, at="".join(f", {part}" for part in where(problems, problem))
+            )
         for terms in dict.fromkeys(curves["terms"]):
             here = curves[curves["terms"] == terms]
             for kind, column, shown in (
@@ -101,6 +111,73 @@ def _measure(table: pd.DataFrame) -> str:
 def _top(table: pd.DataFrame) -> float:
     """Return the upper end of an axis for all values of a table and their bands."""
     return 1.03 * max(float(np.nanmax(table[["iqm", "high"]].to_numpy())), 0.2)
+
+
+def ranking(
+    budgets: pd.DataFrame, target: pd.DataFrame, noisy: pd.DataFrame | None, *, at: str
+) -> Figure:
+    """Draw the searchers of a problem, the best first, by what they have found in the end.
+
+    That is `tables.fixed_budget` at the end of each budget, in raw terms; of equal ones the fewer
+    evaluations of `tables.fixed_target` per best design the better, in a second panel. Under noise,
+    where truth is known, it is the true regret of what is recommended, under the policy that is
+    best for the searcher.
+    """
+    last = budgets.dropna(subset="iqm").groupby(["terms", "searcher"], sort=False).tail(1)
+    cost, measure, by = target[target["target"] == 1], _measure(budgets), "terms"
+    shown = {f"{measure} at the end, voxel widths": last, "evaluations per best design found": cost}
+    if noisy is not None and noisy["known"].gt(0).all():
+        by, shown = "policy", {"true regret of what is recommended, voxel widths": noisy}
+    shown = {
+        label: table.rename(columns={by: "series", **_RANKED}) for label, table in shown.items()
+    }
+    series = list(dict.fromkeys(next(iter(shown.values()))["series"]))
+    counted = series[:1] if by == "terms" else series
+    ranked = (table[table["series"].isin(counted)] for table in shown.values())
+    names = _ranked(ranked, is_best_largest=by == "terms" and measure == "best")
+    row = max(0.32, 0.14 * len(series))
+    made = style.figure(3.2 + 3.6 * len(shown), scaled(1.6 + row * len(names)))
+    axes = made.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    for axis, (label, table) in zip(axes, shown.items(), strict=True):
+        if label.startswith("evaluations"):
+            axis.set_xscale("log")
+            axis.xaxis.set_major_formatter("{x:g}")
+        _rows(axis, table, names, series)
+        axis.set_xlabel(f"{label} (95 % band)")
+    ends = dict(zip(last["searcher"], last["budget"], strict=True))
+    cut = {name: f" (after {end})" for name, end in ends.items() if end < last["budget"].max()}
+    words = [f"{i}. {name}{cut.get(name, '')}" for i, name in enumerate(names, start=1)]
+    axes[0].set_yticks(range(len(names)), words)
+    axes[0].set_ylim(len(names) - 0.5, -0.5)
+    words = [f"{name} terms" if by == "terms" else name or "no policy" for name in series]
+    handles = [line(word, **_dots(i)) for i, word in enumerate(words)]
+    style.legend(made, f"The searchers ranked{at}", handles)
+    return made
+
+
+def _ranked(tables: Iterable[pd.DataFrame], *, is_best_largest: bool) -> list[str]:
+    """Return the searchers by their least values of the first table, equal ones by the next."""
+    worth = [table.groupby("searcher")["value"].min() for table in tables]
+    if is_best_largest:
+        worth[0] = -worth[0]
+    keys = ["first", "second"][: len(worth)]
+    return list(pd.concat(worth, axis=1, keys=keys).sort_values(keys, kind="stable").index)
+
+
+def _rows(axis: Axes, table: pd.DataFrame, names: list[str], series: list[str]) -> None:
+    """Draw value, low and high of a table, a row per name; what is infinite goes to the edge."""
+    finite = table[["value", "low", "high"]].replace(np.inf, np.nan)
+    edge = 1.1 * float(np.nanmax(finite.to_numpy(), initial=0.2))
+    for i, kind in enumerate(series):
+        here = table[table["series"] == kind]
+        shift = (i - (len(series) - 1) / 2) * 0.7 / len(series)
+        rows = np.array([names.index(name) for name in here["searcher"]]) + shift
+        color, ends = _look(i)["color"], here["high"].clip(upper=edge)
+        axis.hlines(rows, here["low"], ends, color=color, lw=scaled(1.4))
+        axis.plot(here["value"].replace(np.inf, edge), rows, clip_on=False, **_dots(i))
+        for row in rows[np.isinf(here["value"])]:
+            axis.text(0.97 * edge, row, "none found it ", ha="right", va="center")
+    axis.set_xlim(0 if axis.get_xscale() == "linear" else None, edge)
 
 
 def over_time(table: pd.DataFrame, column: str, *, title: str, ends: Mapping[str, float]) -> Figure:
@@ -191,6 +268,7 @@ def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: 
     """Draw one of `MEASURES` of the tables by level and policy, for all searchers and each."""
     names = list(dict.fromkeys(by_searcher["searcher"]))
     levels = sorted(set(by_searcher["level"]))
+    apart = float(np.min(np.diff(levels), initial=1))
     policies = list(dict.fromkeys(by_searcher["policy"]))
     panels = [(name, by_searcher[by_searcher["searcher"] == name], "normal") for name in names]
     if len(names) > 1:
@@ -199,21 +277,26 @@ def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: 
     for axis, (name, here, weight) in zip(axes, panels, strict=True):
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
-            shift = (i - (len(policies) - 1) / 2) * 0.6 / max(len(policies), 1)
-            places = [levels.index(level) + shift for level in chosen["level"]]
+            # Apart from one another by less than the levels are.
+            shift = (i - (len(policies) - 1) / 2) * 0.4 * apart / len(policies)
+            places = chosen["level"].to_numpy() + shift
             low, high = chosen[f"{measure}_low"], chosen[f"{measure}_high"]
             axis.vlines(places, low, high, color=_look(i)["color"], lw=scaled(1.4))
             axis.plot(places, chosen[measure], **_look(i))
         axis.set_title(name, fontweight=weight)
         axis.axhline(0, color=style.INK, lw=scaled(0.8))
-    axes[0].set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
-    axes[0].set_xlim(-0.5, len(levels) - 0.5)
+    axes[0].set_xticks(levels, [f"{level:g}" for level in levels])
+    axes[0].set_xlim(levels[0] - 0.4 * apart, levels[-1] + 0.4 * apart)
     made.supxlabel("level of noise")
     title, label = _NOISE[measure]
     made.supylabel(label)
     handles = [line(policy or "no policy", **_look(i)) for i, policy in enumerate(policies)]
     style.legend(made, f"{title}{at}", handles)
     return made
+
+
+def _dots(i: int) -> dict[str, Any]:
+    return _look(i) | {"ls": "none"}
 
 
 def _look(i: int) -> dict[str, Any]:

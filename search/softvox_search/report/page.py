@@ -37,6 +37,9 @@ TERMS = f"""\
 - *Unique evaluations*: those that no cache answered; where there is noise, all.
 - *IQM*: mean of the middle half of the runs. *Bands*, in brackets and shaded: 95 % by the bootstrap
   over runs ({RESAMPLES} resamples; where searchers or problems are pooled, each is a stratum).
+- *Ranked*: by the regret at the end of each searcher's own budget in raw terms, equal ones by the
+  expected running time to the best (see fixed targets); under noise by the true regret of what is
+  recommended, under the policy that is best for the searcher.
 - *Over time*: in each panel the searcher named above it, the others in grey. A cross marks where
   the median run ended; from there on, dotted, runs that ended keep their value.
 - *Targets reached*: of all pairs of a run and one of {TARGETS} targets, the share reached so far.
@@ -68,7 +71,11 @@ NOISE = """\
 
 def page(results: Results, made: Tables, pictures: list[str]) -> str:
     """Return the page, in Markdown, of the tables by name and the pictures by file name."""
-    blocks = [*_head(results), "## Runs", _shown("runs", text.overview(made["runs"]))]
+    blocks = _head(results)
+    compared = records(made["problems"]) if "problems" in made else []
+    ranked = _pictures([f"ranking{problem['name']}.png" for problem in compared], pictures)
+    blocks += ["## The searchers ranked", *ranked] if ranked else []
+    blocks += ["## Runs", _shown("runs", text.overview(made["runs"]))]
     if "problems" in made:
         problems = made["problems"]
         blocks += ["## Problems", _shown("problems", text.problems(problems)), "## Terms", TERMS]

@@ -35,6 +35,9 @@ LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
 #: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
 FORMATS = ("png", "pdf")
 
+#: Of the heatmap.
+SCALES = ("rank", "fitness")
+
 _NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
 
 DESCRIPTION = f"""\
@@ -45,8 +48,8 @@ given, a folder of theirs.
 
 --reality chooses the worlds that the simulator is held against in the figures
 whose names begin with gap; softvox reality --list names them. Otherwise gap and
-gap_headings show all that have a name, and gap_tracks and gap_map area_friction,
-where most of the best robots turn round.
+gap_headings show all that have a name, and gap_tracks and gap_map are of
+area_friction, where most of the best robots turn round.
 
 --tracks lays real robots' tracks over the simulated ones and compares them:
 angle between the displacements, end-point error, RMS. The file is CSV with
@@ -96,6 +99,9 @@ def add_parser(commands: Any) -> None:
         metavar="NAME",
         help="a reality, for the figures gap; may be given several times",
     )
+    parser.add_argument("--scale", choices=SCALES, help="of the heatmap's colours (default: rank)")
+    one = "gallery: one per symmetry class"
+    parser.add_argument("--one-per-class", action="store_true", help=one)
     parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
@@ -114,7 +120,8 @@ def run(args: Namespace) -> int:
         raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
     results = read_results(args.results, of_transfer=None)
     names = _drawable(names, results)
-    inputs = Inputs(_tracks(args.tracks), results, chosen)
+    scale = args.scale or SCALES[0]
+    inputs = Inputs(_tracks(args.tracks), results, chosen, scale, args.one_per_class)
     with bad_input("--out"):
         expected = [f"{name}.{form}" for name in names for form in formats]
         check_folder(args.out, expected, force=args.force)
@@ -158,8 +165,9 @@ def _names(args: Namespace) -> list[str]:
         if name not in FIGURES:
             raise BadInputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
     uses = {"results": OF_RESULTS, "tracks": ("tracks",), "reality": OF_REALITIES}
+    uses |= {"scale": ("heatmap",), "one-per-class": ("gallery",)}
     for option, figures in uses.items():
-        if names and getattr(args, option) and not {*names} & {*figures}:
+        if names and getattr(args, option.replace("-", "_")) and not {*names} & {*figures}:
             which = (
                 f"one of {', '.join(figures)}" if len(figures) > 1 else f"the figure {figures[0]}"
             )

@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 FIGURES = {
     "gallery": "the published top hundred, ten by ten (Fig. 1a)",
     "tessellation": "the key to the maps: sites, pairs and nesting (Fig. 3)",
-    "heatmap": "the fitness of all 6561 designs as a map (Fig. 4)",
+    "heatmap": "the fitness of all 6561 designs, the best named (Fig. 4)",
     "classes": "maps of the kinds of robot and of the symmetry classes",
     "heading": "a map of the directions in which the designs travel",
-    "robustness": "maps of the mean fitness at noise level 1, and of the share kept",
-    "tracks": "the best of nine bodies over 23 cycles, real tracks laid over (Fig. 7')",
+    "robustness": "mean fitness at noise level 1 against that without; share kept",
+    "tracks": "the best of nine bodies over 23 cycles, and real ones (Fig. 7')",
     "volume": "relative volume over one cycle, by mode of actuation (Fig. 7'')",
-    "gap": "fitness in every reality against that in its simulator, one panel each",
+    "gap": "fitness in every reality against that in its simulator",
     "gap_headings": "headings in every reality against those in its simulator",
     "gap_tracks": "the best of nine bodies in both worlds, with the angle between",
     "gap_map": "a map of the designs that turn in a reality",
-    "search": "searchers compared, from folders of results of softvox compare",
-    "transfer": "transfer methods compared, from folders of results of softvox compare",
+    "search": "searchers compared, from folders of softvox compare",
+    "transfer": "transfer methods compared, from folders of softvox compare",
 }
 
 #: What is made of results, and of realities.
@@ -54,12 +54,15 @@ class Inputs:
 
     Tracks of real robots are for the figure tracks, results by name, each of searchers or of
     transfer methods, for `OF_RESULTS`. Realities are for `OF_REALITIES`; where there are none, all
-    that have a name have a panel, and of area_friction there are tracks and a map.
+    that have a name have a panel, and of area_friction there are tracks and a map. The scale is
+    that of the heatmap, "rank" or "fitness"; the gallery shows the hundred, or one per class.
     """
 
     tracks: tuple[RealTrack, ...] = ()
     results: Mapping[str, Results] = field(default_factory=dict)
     realities: tuple[Reality, ...] = ()
+    scale: str = "rank"
+    one_per_class: bool = False
 
 
 @dataclass

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
@@ -18,16 +19,18 @@ Array = NDArray[np.float64]
 STEP, ROOM, FAR, DETOUR = 0.01, 0.012, 0.05, 0.03
 
 
-def put(axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: Array) -> None:
+def put(
+    axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: Array, far: float = FAR
+) -> None:
     """Write words as near to their places as there is room; a word without room is left out.
 
     The figure must be laid out. They keep clear of boxes (n, 4), left, bottom, right and top, and
-    rather do not cover lines, points (m, 2). All are shares of the panel's sides.
+    rather do not cover lines, points (m, 2). All are shares of the panel's sides. A line leads to a
+    word that is farther away than `far`.
     """
     for word, place in words:
-        text = axis.text(
-            0, 0, word, size=style.TINY, transform=axis.transAxes, parse_math=False, va="bottom"
-        )
+        options: dict[str, Any] = {"size": style.SMALL, "parse_math": False, "va": "bottom"}
+        text = axis.text(0, 0, word, transform=axis.transAxes, bbox=style.PAPER, **options)
         size = np.divide(text.get_window_extent().size, axis.bbox.size)
         across, up = (np.arange(ROOM, 1 - ROOM - side, STEP) for side in size)
         low = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
@@ -43,6 +46,8 @@ def put(axis: Axes, words: Sequence[tuple[str, Array]], *, clear: Array, lines: 
         best = np.argmin(away + DETOUR * inside.all(axis=2).sum(axis=1))
         text.set(position=low[best], zorder=6)
         clear = np.concatenate([clear, [[*low[best], *(low[best] + size)]]])
-        if away[best] > FAR:
-            leader: dict[str, Any] = {"color": style.GREY, "lw": 0.4, "zorder": 3}
-            axis.plot(*np.transpose([place, ends[best]]), transform=axis.transAxes, **leader)
+        if away[best] > far:
+            white = [patheffects.withStroke(linewidth=1.6, foreground="white")]
+            leader: dict[str, Any] = {"color": style.INK, "lw": 0.5, "path_effects": white}
+            leader |= {"transform": axis.transAxes, "zorder": 1.5}
+            axis.plot(*np.transpose([place, ends[best]]), **leader)

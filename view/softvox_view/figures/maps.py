@@ -1,4 +1,4 @@
-"""Maps of all designs: fitness, kinds and classes, heading, and what noise leaves of fitness."""
+"""Maps of all designs: fitness, kinds and classes, heading; and what noise leaves of fitness."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_gym.landscapes.robustness import TOP, ranked
 from softvox_gym.real_tracks import LITTLE
-from softvox_view.figures import Inputs, style
+from softvox_search.report.style import COLOURS as APART
+from softvox_view.figures import Inputs, labels, style
 from softvox_view.tessellation import SIDE, cell_of, mapped
 
 Array = NDArray[np.float64]
@@ -36,6 +38,10 @@ STILL, DIMMED = "white", 0.86
 #: Cells along a side of the squares whose mean is an arrow, and inches that it is long per voxel
 #: width: the longest fits its square.
 SQUARE, INCHES = 9, 0.28
+
+#: Best designs that have their names on the map of fitness, and the radius that their rings take,
+#: a share of the map's side.
+NAMED, AROUND = 10, 0.016
 
 #: Of noise; and voxel widths: of slower robots a share says little, since many of them walk faster
 #: under noise.
@@ -86,7 +92,7 @@ def mark(
         textcoords="offset points",
         size=style.SMALL,
         color=style.INK,
-        bbox={"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0},
+        bbox=style.PAPER,
         ha="left" if offset[0] >= 0 else "right",
         va="bottom" if offset[1] >= 0 else "top",
         zorder=5,
@@ -102,16 +108,44 @@ def outline(axis: Axes, design: int, **options: Any) -> Line2D:
     return axis.plot(column, row, **options)[0]
 
 
-def draw_heatmap(_: Inputs) -> Figure:
-    """Draw the fitness of every design (Fig. 4): lighter is fitter."""
+def draw_heatmap(inputs: Inputs) -> Figure:
+    """Draw the fitness of every design (Fig. 4), by rank or as it is: lighter is fitter."""
     fitness = softvox_gym.landscape()["fitness"]
-    best = int(fitness.argmax())
-    made = style.figure(0.8 * style.WIDTH, 0.68 * style.WIDTH)
+    made = style.figure(0.84 * style.WIDTH, 0.7 * style.WIDTH)
     axis = made.subplots()
-    image = show(axis, fitness, cmap=style.SEQUENTIAL, vmin=0)
-    made.colorbar(image, ax=axis, label="fitness, voxel widths", pad=0.02)
-    mark(axis, best, f"{best}: {fitness[best]:.2f}")
+    if inputs.scale == "fitness":
+        image = show(axis, fitness, cmap=style.SEQUENTIAL, vmin=0)
+        made.colorbar(image, ax=axis, label="fitness, voxel widths", pad=0.02)
+    else:
+        places = ranks(fitness)
+        image = show(axis, places, cmap=f"{style.SEQUENTIAL}_r")
+        bar = made.colorbar(image, ax=axis, label="rank: fitness in voxel widths", pad=0.02)
+        at = [1, *range(500, int(places.max()), 500)]
+        worth = fitness[ranked(fitness)][np.array(at) - 1]
+        bar.set_ticks(at, labels=[f"{n}: {value:.2f}" for n, value in zip(at, worth, strict=True)])
+        bar.ax.invert_yaxis()
+    style.lay_out(made)  # where the words go depends on how large the map is
+    name_best(axis, fitness)
     return made
+
+
+def ranks(values: Array) -> NDArray[np.int64]:
+    """Return the rank of every value, from 1, the largest; equal ones share the better rank."""
+    return 1 + np.searchsorted(np.sort(-values), -values)
+
+
+def name_best(axis: Axes, values: Array) -> None:
+    """Put rings around the best of all designs, and lead to their ranks, numbers and values.
+
+    The figure must be laid out.
+    """
+    best = ranked(values)[:NAMED]
+    for design in best:
+        outline(axis, int(design), marker="o", ms=5)
+    places = (np.stack(cell_of(best)[::-1], axis=1) + 0.5) / SIDE
+    words = [f"{i}: {design}, {values[design]:.2f}" for i, design in enumerate(best, start=1)]
+    clear = np.hstack([places - AROUND, places + AROUND])
+    labels.put(axis, list(zip(words, places, strict=True)), clear=clear, lines=places, far=0)
 
 
 def kinds() -> NDArray[np.int64]:
@@ -225,18 +259,33 @@ def kept() -> Array:
 
 
 def draw_robustness(_: Inputs) -> Figure:
-    """Draw the mean under noise, and the share of the fitness that nine draws in ten keep."""
-    mean = softvox_gym.noisy_landscape(LEVEL)["mean"]
+    """Draw the mean under noise against the fitness, and the share that nine draws in ten keep."""
+    fitness, mean = softvox_gym.landscape()["fitness"], softvox_gym.noisy_landscape(LEVEL)["mean"]
     made = style.figure(style.WIDTH, 0.61 * style.WIDTH)
     left, right = made.subplots(1, 2)
-    image = show(left, mean, cmap=style.SEQUENTIAL, vmin=0)
-    left.set_title(f"a  mean fitness at noise level {LEVEL:g}", loc="left")
+    left.axline((0, 0), slope=1, color=style.INK, lw=0.6, zorder=2.5)
+    best, robust = ranked(fitness)[:TOP], ranked(mean)[:TOP]
+    dots: dict[str, Any] = {"marker": "o", "ls": "none", "rasterized": True}
+    left.plot(fitness, mean, label="every design", color=APART[3], ms=1.3, mew=0, **dots)
+    ring: dict[str, Any] = {"mfc": "none", "mec": style.INK, "ms": 4.2, "mew": 0.6}
+    dot: dict[str, Any] = {"color": APART[4], "ms": 2.4, "mew": 0}
+    for chosen, noise, look in ((best, "without", dot), (robust, "under", ring)):
+        name = f"the best {TOP} {noise} noise"
+        left.plot(fitness[chosen], mean[chosen], label=name, **look, **dots)
+    left.legend(loc="upper left", markerscale=1.5)
+    for design, offset in ((best[0], (0, 6)), (robust[0], (18, 5))):
+        words, place = f"{design}: {mean[design]:.2f}", (fitness[design], mean[design])
+        left.annotate(words, place, xytext=offset, textcoords="offset points", ha="center")
+    side = 1.1 * fitness.max()
+    left.set(xlim=(0, side), ylim=(0, side), aspect="equal", anchor="N")
+    left.set_xlabel("fitness without noise, voxel widths")
+    left.set_ylabel(f"mean fitness at noise level {LEVEL:g}, voxel widths")
+    left.set_title("a  what noise leaves of the fitness", loc="left")
     bar: dict[str, Any] = {"location": "bottom", "shrink": 0.9, "pad": 0.02}
-    made.colorbar(image, ax=left, label="voxel widths", **bar)
-    mark(left, int(mean.argmax()), f"{mean.argmax()}: {mean.max():.2f}")
     colours = style.on_white(style.SEQUENTIAL)
     image = show(right, kept(), lines=style.PALE, cmap=colours, vmin=0, vmax=1)
     right.set_title("b  share of the fitness kept in nine draws of ten", loc="left")
+    right.set_anchor("N")
     scale = made.colorbar(image, ax=right, extend="max", **bar)
     scale.set_label(f"10 % quantile / fitness; white: fitness below {FAST:g} voxel width")
     return made

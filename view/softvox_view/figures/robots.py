@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -12,14 +13,16 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 import softvox_gym
 from softvox_gym.design import ABSENT, Design
+from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.analysis.graph import all_digits
 from softvox_gym.landscapes.analysis.symmetry import symmetries
 from softvox_gym.physics import ACTUATIONS, Physics
-from softvox_gym.rendering import render
+from softvox_gym.rendering import ACTIVE, PASSIVE, render
 from softvox_gym.simulation import simulate
 from softvox_view.figures import Inputs, style
 from softvox_view.replay.data import rest_pose
@@ -32,13 +35,12 @@ BODIES = 9
 DISTANCE = 6.6
 MIDDLE = (1.0, 1.0, 0.86)
 
-#: Columns of the gallery.
-ACROSS = 10
+#: Columns of the gallery, and of that with one robot per class.
+ACROSS, ACROSS_CLASSES = 10, 8
 
-#: Inches of a cell: the picture, what is cut away at its sides, where there is only floor, and the
-#: two lines under it.
-CELL, CAPTION = style.WIDTH / ACROSS, 0.27
-MARGIN = 0.02 * CELL
+#: Inches: of the two lines under a picture, of what is cut away at its sides, where there is only
+#: floor, and of the key above all.
+CAPTION, MARGIN, HEAD = 0.28, 0.015, 0.26
 
 #: The cycle shown, counted from 0: the first one starts from rest; time steps between frames.
 CYCLE, EVERY = 1, 2
@@ -88,24 +90,42 @@ def published() -> list[tuple[Design, str]]:
     return [(Design(int(row["design"])), row["fitness"]) for row in rows]
 
 
-def draw_gallery(_: Inputs) -> Figure:
-    """Draw ten by ten robots as built, in the paper's order, the fitness under each."""
-    robots = published()
-    height = -(-len(robots) // ACROSS) * (CELL + CAPTION)
+def draw_gallery(inputs: Inputs) -> Figure:
+    """Draw robots as built, in the paper's order; under each its fitness, its rank and number.
+
+    All of the published hundred, or the first of each symmetry class among them.
+    """
+    robots = [(rank, *robot) for rank, robot in enumerate(published(), start=1)]
+    class_of, across = symmetry_classes(), ACROSS
+    members = Counter(class_of[design.index] for _, design, _ in robots)
+    if inputs.one_per_class:
+        firsts = np.unique([class_of[one[1].index] for one in robots], return_index=True)[1]
+        robots, across = [robots[i] for i in sorted(firsts)], ACROSS_CLASSES
+    side = style.WIDTH / across
+    height = HEAD + -(-len(robots) // across) * (side + CAPTION)
     made = style.figure(style.WIDTH, height, layout=None)
     axis = made.add_axes((0, 0, 1, 1))
-    under: dict[str, Any] = {"ha": "center", "va": "top"}
-    for i, (design, fitness) in enumerate(robots):
-        left, top = i % ACROSS * CELL, i // ACROSS * (CELL + CAPTION)
-        x, y, foot = left + CELL / 2, top + CELL / 2, top + CELL
-        half = CELL / 2 - MARGIN
-        shown = picture(design, round(style.DPI * CELL))
-        extent = (x - half, x + half, y + half, y - half)
+    under: dict[str, Any] = {"ha": "center", "va": "top", "size": style.SMALL}
+    for i, (rank, design, fitness) in enumerate(robots):
+        x, top = (i % across + 0.5) * side, HEAD + i // across * (side + CAPTION)
+        half, foot = side / 2 - MARGIN, top + side
+        shown = picture(design, round(style.DPI * side))
+        extent = (x - half, x + half, top + side - MARGIN, top + MARGIN)
         axis.imshow(shown, extent=extent, interpolation="antialiased")
-        axis.text(x, foot + 0.02, fitness, size=style.SMALL, color=style.INK, **under)
-        axis.text(x, foot + 0.135, f"{design.index}", size=style.TINY, color=style.GREY, **under)
+        axis.text(x, foot + 0.01, fitness, weight="bold", **under)
+        words = f"{rank}: {design.index}"
+        if inputs.one_per_class:
+            words += f" \N{MULTIPLICATION SIGN}{members[class_of[design.index]]}"
+        axis.text(x, foot + 0.135, words, **under)
     axis.set(xlim=(0, style.WIDTH), ylim=(height, 0))
     axis.set_axis_off()
+    for x, name, colour in ((0.02, "passive", PASSIVE), (0.72, "active", ACTIVE)):
+        axis.add_patch(Rectangle((x, 0.07), 0.12, 0.12, fc=colour, ec=style.INK, lw=0.6))
+        axis.text(x + 0.17, 0.13, name, va="center", size=style.SMALL)
+    key = "bold: fitness, voxel widths; below: rank, number of the design"
+    if inputs.one_per_class:
+        key += ", \N{MULTIPLICATION SIGN} designs of its class in the hundred"
+    axis.text(style.WIDTH - 0.02, 0.13, key, ha="right", va="center", size=style.SMALL)
     return made
 
 
@@ -125,14 +145,21 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
 
 def draw_volume(_: Inputs) -> Figure:
     """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
-    made = style.figure(style.WIDTH, 0.4 * style.WIDTH)
+    physics = Physics.published()
+    made = style.figure(style.WIDTH, 0.42 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
     for mode in ACTUATIONS:
         time, volume = relative_volume([Design("20000000")], mode)
         left.plot(time, volume[0], label=mode.replace("_", " "), **LOOKS[mode])
     left.legend(loc="upper right")
-    left.set_title("a\N{DOUBLE PRIME}  one active voxel, by mode of actuation", loc="left")
-    left.set_ylabel("volume relative to rest")
+    left.set_title("a  one active voxel, by mode of actuation", loc="left")
+    rest = (100 * physics.edge) ** 3
+    left.set_ylabel(f"volume / volume at rest (1: {rest:.3g} cm\N{SUPERSCRIPT THREE} a voxel)")
+    peak = f"{volume.max():.2f}, pumped up"
+    left.annotate(
+        peak, (0.25, volume.max()), xytext=(0, 4), textcoords="offset points", ha="center"
+    )
+    left.annotate("1, at rest", (1, 1), xytext=(0, 4), textcoords="offset points", ha="right")
     # A line per share of active voxels; robots that share it lie on each other.
     designs = best_of_bodies()
     time, volume = relative_volume(designs)
@@ -141,11 +168,13 @@ def draw_volume(_: Inputs) -> Figure:
         places = np.flatnonzero(shares == share)
         names = ", ".join(str(designs[i].index) for i in places)
         looks = {"color": str(0.14 * line), "ls": ("-", "--", "-.", ":")[line % 4], "lw": 1.3}
-        right.plot(time, volume[places[0]], label=f"{share} active: {names}", **looks)
-    right.legend(loc="upper right", fontsize=style.TINY, handlelength=2.6)
-    right.set_title("b\N{DOUBLE PRIME}  the best of nine bodies, mode hold", loc="left")
+        label = f"{share} active, to {volume[places[0]].max():.2f}: {names}"
+        right.plot(time, volume[places[0]], label=label, **looks)
+    right.legend(loc="upper right", handlelength=2.6)
+    right.set_title("b  the best of nine bodies, mode hold", loc="left")
     for axis in (left, right):
-        axis.set_xlabel("time, cycles")
+        axis.set_xlabel(f"time, cycles of {1 / float(physics.frequency_hz):.3g} s")
+        axis.set_ylim(0.3, 2.3)
         axis.spines[["top", "right"]].set_visible(False)
         axis.axhline(1, color=style.PALE, lw=0.8, zorder=0)
         axis.set_xlim(0, 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +19,13 @@ __all__ = ["FORMATS", "INK", "encoded", "figure", "lay_out", "line", "on_white",
 #: Inches: the text width of a two-column paper. Pixels per inch.
 WIDTH, DPI = PRINT.widest, PRINT.dpi
 
-#: Points: of numbers and labels, and of what stands within a panel.
-SMALL, TINY = PRINT.font, 5.5
+#: Points: of numbers and labels.
+SMALL = PRINT.font
 
 GREY, PALE = "#8C8C8C", "#D9D9D9"
+
+#: What words on colours or lines are written on.
+PAPER: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.0}
 
 #: Fitness and all else that has a size: perceptually uniform, lightness rising, colour-blind safe.
 SEQUENTIAL = "cividis"

@@ -20,8 +20,8 @@ from softvox_view.tessellation import PAIRS, cell_of
 #: The design that the key leads to: the best one.
 DESIGN = 6453
 
-#: Pixels of a robot's picture.
-PIXELS = 150
+#: Pixels of a robot's picture, and what is left free under a whole one, a share of its square.
+PIXELS, FOOT = 150, 0.2
 
 #: Points: the square chosen, and the panel that shows what is in it; the ring in the smallest one.
 FRAME, RING = 1.6, 3.2
@@ -107,10 +107,12 @@ def _level(axis: Axes, level: int) -> None:
         part[: 2 * level] = digits[: 2 * level]  # the pairs before
         part[[across, upward]] = values
         robot, (x, y) = Design(part), values
-        axis.imshow(picture(robot, PIXELS), extent=(x, x + 1, y, y + 1))
-        if level == len(PAIRS) - 1:
+        is_whole = level == len(PAIRS) - 1
+        side = 1 - FOOT * is_whole
+        axis.imshow(picture(robot, PIXELS), extent=(x + 1 - side, x + 1, y + 1 - side, y + 1))
+        if is_whole:
             text = f"{fitness[robot.index]:.2f}"
-            axis.text(x + 0.06, y + 0.05, text, size=style.TINY, ha="left", va="bottom")
+            axis.text(x + 0.06, y + 0.05, text, ha="left", va="bottom")
     for edge in (1, 2):
         axis.axhline(edge, color=style.GREY, lw=0.6)
         axis.axvline(edge, color=style.GREY, lw=0.6)

@@ -12,9 +12,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from softvox_gym.design import Design
+from softvox_gym.landscapes import landscape
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import (
     COLUMNS,
@@ -26,14 +28,21 @@ from softvox_gym.real_tracks import (
     short,
     track_at,
 )
-from softvox_gym.simulation import simulate
+from softvox_gym.simulation import Result, simulate
 from softvox_view.figures import Drawing, Inputs, labels, style
 from softvox_view.figures.robots import best_of_bodies, picture
 
 CYCLES, PER_CYCLE = 23, 50
 
+#: Cycles after which the published run ends, so that fitness is taken there.
+PUBLISHED = 15
+
 #: Of the samples of a simulated track.
 CYCLE = np.arange(CYCLES * PER_CYCLE + 1) / PER_CYCLE
+
+#: Steps between frames, a cycle of them less one; and degrees by which the vertical, as a robot has
+#: it, turns within a cycle in which it falls on another side. Robots that walk on stay below 3.
+STEPS, TIPPED = 551, 10
 
 #: Panels in a row and on a page; what does not fit goes on to further pages.
 ACROSS, PER_PAGE = 3, 12
@@ -45,7 +54,11 @@ MOST_MORE = 99
 NAMES = [*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2))]
 
 #: Inches: of a row of panels, of what is below all rows, and of the legend above.
-ROW, FOOT, LEGEND = 2.24, 0.18, 0.36
+ROW, FOOT, LEGEND = 2.24, 0.1, 0.38
+
+#: What the words above the panels are.
+FITNESS_ABOVE = f"above each panel: design, and fitness: voxel widths after {PUBLISHED} cycles"
+ERRORS_ABOVE = "at the right: angle between the displacements, RMS error, means over trials"
 
 #: Share of a panel's half side that the tracks leave free at the sides.
 MARGIN = 0.12
@@ -65,16 +78,23 @@ MARK = 0.022
 _REAL: dict[str, Any] = {"color": style.INK, "lw": 0.8, "ls": (0, (4, 1.5))}
 _TIME: dict[str, Any] = {"marker": "o", "mec": style.INK, "mew": 0.5, "ms": 2.6, "ls": "none"}
 _END: dict[str, Any] = {"mec": style.INK, "mew": 0.8, "ms": 4, "ls": "none"}
+_FITNESS: dict[str, Any] = {"marker": "o", "color": style.INK, "ms": 2.4, "ls": "none"}
+_TIPPED: dict[str, Any] = {"marker": "X", "mfc": "white", **_END, "ms": 5}
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What a panel shows: tracks in cm from the start, shape (m, 2)."""
+    """What a panel shows: tracks in cm from the start, shape (m, 2).
+
+    Fitness is text; tipped is the cycle in which the simulated robot falls on another side, or 0.
+    """
 
     name: str
     design: Design
+    fitness: str
+    tipped: int
     simulated: Array
     real: list[RealTrack]
     compared: list[Compared]
@@ -90,6 +110,11 @@ class Panel:
         points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
         return points
 
+    @property
+    def tip(self) -> Array:
+        """Where the robot falls on another side: in the middle of that cycle, cm, shape (2,)."""
+        return np.asarray(self.simulated[round((self.tipped - 0.5) * PER_CYCLE)])
+
     def shares(self, points: Any, half: float) -> Array:
         """Return points as shares of the panel's sides."""
         return np.asarray((points - middle(self.points)) / (2 * half) + 0.5)
@@ -104,7 +129,9 @@ def draw_tracks(inputs: Inputs) -> Drawing:
         Where real tracks are of too many designs.
     """
     designs = designs_of(inputs.tracks)
-    simulated = dict(zip((d.index for d in designs), simulated_tracks(designs), strict=True))
+    numbers = [design.index for design in designs]
+    walked, tipped = simulated_tracks(designs)
+    simulated = dict(zip(numbers, walked, strict=True))
     lines = [",".join(COLUMNS)]
     for number, track in simulated.items():
         for cycle, (x, y) in zip(CYCLE, track, strict=True):
@@ -113,7 +140,8 @@ def draw_tracks(inputs: Inputs) -> Drawing:
     rows = [compare(track, simulated[track.design], PER_CYCLE) for track in inputs.tracks]
     if rows:
         tables["tracks_compared.csv"] = as_csv(rows)
-    pages = draw_pages("tracks", designs, simulated, inputs.tracks, rows)
+    more = {"fitness": landscape()["fitness"], "tipped": dict(zip(numbers, tipped, strict=True))}
+    pages = draw_pages("tracks", designs, simulated, inputs.tracks, rows, **more)
     return Drawing(pages, tables, as_lines(rows) if rows else [])
 
 
@@ -123,15 +151,21 @@ def draw_pages(
     simulated: Mapping[int, Array],
     real: Sequence[RealTrack],
     rows: Sequence[Compared],
+    *,
+    fitness: Array | None = None,
+    tipped: Mapping[int, int] | None = None,
 ) -> dict[str, Figure]:
     """Draw a panel per design, with its tracks, simulated and real, and what `rows` says of these.
 
+    Fitness, of every design, and in which cycles robots tip over are shown where they are given.
     Returns the pages by file name. They have one scale, which the simulated tracks set.
     """
     panels = [
         Panel(
             letter,
             design,
+            "" if fitness is None else f": {fitness[design.index]:.2f}",
+            (tipped or {}).get(design.index, 0),
             simulated[design.index],
             [track for track in real if track.design == design.index],
             [row for row in rows if row.design == design.index],
@@ -175,19 +209,33 @@ def designs_of(real: Sequence[RealTrack]) -> list[Design]:
     return [*best, *more]
 
 
-def simulated_tracks(designs: Sequence[Design]) -> Array:
-    """Return where the centres of mass are, cm from the start, shape (n, 23 * 50 + 1, 2)."""
+def simulated_tracks(designs: Sequence[Design]) -> tuple[Array, list[int]]:
+    """Return where the centres of mass are, cm from the start, shape (n, 23 * 50 + 1, 2).
+
+    And the cycle, from 1, in which each robot falls on another side, 0 if in none.
+    """
     physics = Physics.published()
-    result = simulate(designs, physics.lasting(CYCLES), track=PER_CYCLE)
+    result = simulate(designs, physics.lasting(CYCLES), track=PER_CYCLE, frames=STEPS)
     assert result.track is not None
-    return np.asarray(result.track[..., :2] * physics.edge * 100)
+    return np.asarray(result.track[..., :2] * physics.edge * 100), tipping_cycles(result)
+
+
+def tipping_cycles(result: Result) -> list[int]:
+    """Return the cycle in which the vertical, as the robot has it, turns most; 0 below `TIPPED`."""
+    assert result.frames is not None
+    w, x, y, z = np.moveaxis(result.frames.quaternion, -1, 0)
+    vertical = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x**2 + y**2)], axis=-1)
+    mean = np.nanmean(vertical, axis=(2, 3, 4))[:, 1:]  # the first frame is before settling
+    mean /= np.linalg.norm(mean, axis=-1, keepdims=True)
+    turned = np.degrees(np.arccos(np.clip((mean[:, 1:] * mean[:, :-1]).sum(axis=-1), -1, 1)))
+    return [int(row.argmax()) + 1 if row.max() > TIPPED else 0 for row in turned]
 
 
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     """Draw a page; a panel that needs more than half a side, cm, has a scale of its own."""
     rows = -(-len(panels) // ACROSS)
     is_compared = any(panel.real for panel in panels)
-    height = rows * ROW + FOOT + (LEGEND if is_compared else 0)
+    height = rows * ROW + FOOT + LEGEND
     made = style.figure(style.WIDTH, height, layout="compressed")
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
@@ -202,25 +250,29 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     made.supylabel("y, cm")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
-    if is_compared:
-        handles = [
-            style.line("start", marker="o", mfc="none", **_END),
-            style.line("end, simulated", marker="D", mfc="none", **_END),
-            style.line("real, with its trial", marker="s", ms=3.5, **_REAL),
-            style.line(f"every {MARKED} cycles", mfc="none", **_TIME),
-        ]
-        made.legend(
-            handles=handles,
-            title="above each panel: angle between the displacements and RMS error, "
-            "means over trials",
-            title_fontsize=style.SMALL,
-            loc="outside upper center",
-            ncols=len(handles),
-        )
+    title = [FITNESS_ABOVE] if panels[0].fitness else []
+    title += [ERRORS_ABOVE] if is_compared else []
+    looks: dict[str, Any] = {"title_fontsize": style.SMALL, "loc": "outside upper center"}
+    columns = 3 if is_compared else 4
+    made.legend(title="\n".join(title), handles=_handles(panels), ncols=columns, **looks)
     style.lay_out(made)  # where the words go depends on how large the panels are
     for axis, own_words in zip(axes, words, strict=False):
         labels.put(axis, **own_words)
     return made
+
+
+def _handles(panels: Sequence[Panel]) -> list[Line2D]:
+    """Return the entries of the legend for what the panels show."""
+    handles = [style.line("start", marker="o", mfc="none", **_END)]
+    handles.append(style.line("end, simulated", marker="D", mfc="none", **_END))
+    if panels[0].fitness:
+        handles.append(style.line(f"after {PUBLISHED} cycles", **_FITNESS))
+    if any(panel.tipped for panel in panels):
+        handles.append(style.line("falls on another side", **_TIPPED))
+    if any(panel.real for panel in panels):
+        handles.append(style.line("real, with its trial", marker="s", ms=3.5, **_REAL))
+        handles.append(style.line(f"every {MARKED} cycles", mfc="none", **_TIME))
+    return handles
 
 
 def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
@@ -242,20 +294,24 @@ def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
                 axis.plot(*point, mfc=colours(time / cycles), zorder=3.5, **_TIME)
     axis.plot(0, 0, "o", mfc="white", zorder=4, **_END)
     axis.plot(*ours[-1], "D", mfc=colours(1.0), zorder=4, **_END)
+    if panel.fitness:
+        axis.plot(*ours[round(PUBLISHED * PER_CYCLE)], zorder=4, **_FITNESS)
+    if panel.tipped:
+        axis.plot(*panel.tip, zorder=4, **_TIPPED)
     return line
 
 
 def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dict[str, Any]:
     """Draw what is around the tracks, and return the words to be put among them.
 
-    These are the trials' names at the ends of their tracks, and that a scale is another.
+    These are the trials' names at their ends, when a robot falls, and that a scale is another.
     """
     x, y = middle(panel.points)
     axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
     axis.grid(color="#E6E6E6", lw=0.5)
     axis.set_axisbelow(True)
     axis.locator_params(nbins=5)
-    axis.set_title(f"{panel.name}\N{PRIME}  {panel.design.index}", loc="left")
+    axis.set_title(f"{panel.name}  {panel.design.index}{panel.fitness}", loc="left")
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
     # As many points of each track, however often it was looked at.
@@ -270,6 +326,9 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
     places = panel.shares([np.zeros(2), panel.simulated[-1], *ends], half)
     words = [("own scale", np.zeros(2))] if has_own_scale else []
     words += zip((short(track.trial) for track in panel.real), places[2:], strict=True)
+    if panel.tipped:
+        words.append((f"falls in cycle {panel.tipped}", panel.shares(panel.tip, half)))
+        places = np.vstack([places, words[-1][1]])
     return {
         "words": words,
         "clear": np.vstack([picture_box, np.hstack([places - MARK, places + MARK])]),
