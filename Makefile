@@ -2,6 +2,7 @@
 # make test        set everything up, and run the tests
 # make test-lowest the same for the quick tests, with the lowest versions that pyproject.toml allows
 # make figures     set everything up, and draw every figure, into figures
+# make docs        set everything up, and build the documentation, into site
 PYTHON ?= python3
 VENV ?= .venv
 OUT ?= landscape
@@ -11,7 +12,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O1 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures wasm table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wasm table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -75,6 +76,22 @@ sanitize: sdist
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
 		--results baselines/noise_free --results baselines/noise --results baselines/transfer
+
+# What only the documentation needs is in an environment of its own, which sees that of the package.
+$(VENV)-docs/installed: $(VENV)/installed
+	$(BIN)/python -m venv --clear $(VENV)-docs
+	$(BIN)/python -c 'import sysconfig; print("import site; site.addsitedir(\"%s\")" % \
+		sysconfig.get_path("purelib"))' \
+		> $$($(VENV)-docs/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/package.pth
+	$(VENV)-docs/bin/python -m pip install --quiet 'softvox-gym[docs]'
+	@touch $@
+
+# Every warning is an error. The notebooks run; the page that one can explore is one of the site's.
+docs: $(VENV)-docs/installed
+	rm -rf site
+	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs . site
+	$(VENV)-docs/bin/python -m softvox_gym explore --out site/app/landscape.html
+	$(VENV)-docs/bin/python tools/links.py site
 
 # The engine for browsers, which ships too; anew after any change in csrc.
 wasm: $(VENV)/installed
