@@ -2,7 +2,7 @@
 # make test        set everything up, and run the tests
 # make test-lowest the same for the quick tests, with the lowest versions that pyproject.toml allows
 # make figures     set everything up, and draw every figure, into figures
-# make docs        set everything up, and build the documentation, into site
+# make docs        set everything up, and build the documentation, into site/html
 # make wheels      set everything up, build the wheel, check it, and try it on each Python here
 PYTHON ?= python3
 VENV ?= .venv
@@ -94,9 +94,10 @@ $(VENV)-%/installed: $(VENV)/installed
 # Every warning is an error. The notebooks run; the page that one can explore is one of the site's.
 docs: $(VENV)-docs/installed
 	rm -rf site
-	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs . site
-	$(VENV)-docs/bin/python -m softvox_gym explore --out site/app/landscape.html
-	$(VENV)-docs/bin/python tools/links.py site
+	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs -d site/doctrees \
+		. site/html
+	$(VENV)-docs/bin/python -m softvox_gym explore --out site/html/app/landscape.html
+	$(VENV)-docs/bin/python tools/links.py site/html
 
 # A wheel for any Linux not older than its tag says, into wheelhouse, what a registry asks of it, and
 # a fresh environment with it on each Python here. It is abi3: one for all Pythons.
@@ -104,7 +105,7 @@ PYTHONS ?= python3.11 python3.12 python3.13 python3.14
 wheels: $(VENV)-package/installed sdist
 	rm -rf build wheelhouse
 	$(VENV)-package/bin/python -m build --wheel --outdir dist . > /dev/null
-	PATH="$(VENV)-package/bin:$$PATH" $(VENV)-package/bin/auditwheel repair \
+	PATH="$(abspath $(VENV)-package/bin):$$PATH" $(VENV)-package/bin/auditwheel repair \
 		--wheel-dir wheelhouse dist/*.whl
 	$(VENV)-package/bin/twine check --strict dist/*.tar.gz wheelhouse/*.whl
 	$(VENV)-package/bin/check-wheel-contents wheelhouse/*.whl

@@ -6,6 +6,11 @@ so that a link between two of them holds on the site as it does in a checkout.
 
 from importlib.metadata import version as version_of
 
+from pygments.lexers.special import TextLexer
+from sphinx.highlighting import lexers
+
+lexers["csv"] = TextLexer()
+
 project = "softvox-gym"
 author = "The softvox-gym authors"
 project_copyright = author
@@ -25,7 +30,7 @@ exclude_patterns = [".*", "site", "build", "dist", "baselines/*/runs"]
 myst_enable_extensions = ["attrs_inline", "colon_fence"]
 myst_heading_anchors = 4
 
-# Notebooks: run every time, in a folder of their own; an error is a warning, and so fails the build.
+# Notebooks: run every time, in a folder of their own; an error is a warning, which fails the build.
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_show_tb = True
@@ -48,11 +53,7 @@ napoleon_custom_sections = [
     "Versions",
     "Source",
 ]
-from pygments.lexers.special import TextLexer
-from sphinx.highlighting import lexers
-
-lexers["csv"] = TextLexer()
-nitpick_ignore_regex = [("py:(class|obj|exc)", ".*")]  # types are told in words: ndarray, shape (n,)
+nitpick_ignore_regex = [("py:(class|obj|exc)", ".*")]  # types are words: ndarray, shape (n,)
 
 # HTML
 html_theme = "furo"

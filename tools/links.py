@@ -1,10 +1,9 @@
-"""Make sure that every link of a built site leads somewhere on it, and that none of its parts does not.
+"""Make sure that every link of a built site leads somewhere on it, and that the site is whole.
 
 Usage: python tools/links.py FOLDER
 
-Looks at the files alone and asks no network: links to other hosts are not followed, but a script, style,
-picture or frame from one is an error, as the site must be whole by itself. The exit status is 1
-where something is wrong.
+Looks at the files alone and asks no network. Links to other hosts are not followed; a script, style,
+picture or frame from one is an error. The exit status is 1 where something is wrong.
 """
 
 import sys
@@ -27,7 +26,7 @@ def wrong(site: Path) -> list[str]:
             link = tag.get("href") or tag.get("src") or ""
             url = urlsplit(link)
             if url.scheme or url.netloc:
-                is_part = tag.has_attr("src") or tag.name == "link" and "stylesheet" in tag["rel"]
+                is_part = tag.has_attr("src") or "stylesheet" in tag.get("rel", [])
                 bad = is_part and url.scheme != "data"
             else:
                 target = (path.parent / unquote(url.path)).resolve() if url.path else path
