@@ -25,3 +25,13 @@ def test_the_classifiers_begin_with_the_lowest_python():
     ]
     assert PROJECT["requires-python"] == f">=3.{versions[0]}"
     assert versions == list(range(versions[0], versions[-1] + 1))
+
+
+def test_the_recipe_for_conda_asks_for_what_the_package_does():
+    recipe = (Path(__file__).parent.parent / "recipe" / "meta.yaml").read_text(encoding="utf-8")
+    run = re.search(r"  run:\n((?:    - .*\n)+)", recipe)[1]
+    asked = [line.removeprefix("    - ").replace(" ", "") for line in run.splitlines()]
+    assert sorted(asked) == sorted(
+        [f"python{PROJECT['requires-python']}", *PROJECT["dependencies"]]
+    )
+    assert f"home: {PROJECT['urls']['Homepage']}\n" in recipe

@@ -2,7 +2,7 @@
 
 Usage: python tools/links.py FOLDER
 
-Looks at the files alone and asks no network. Links to other hosts are not followed; a script, style,
+Looks at the files alone. Links to other hosts are not followed; a script, a style sheet, a
 picture or frame from one is an error. The exit status is 1 where something is wrong.
 """
 
