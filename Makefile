@@ -96,6 +96,7 @@ docs: $(VENV)-docs/installed
 	rm -rf site
 	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs -d site/doctrees \
 		. site/html
+	mkdir -p site/html/app
 	$(VENV)-docs/bin/python -m softvox_gym explore --out site/html/app/landscape.html
 	$(VENV)-docs/bin/python tools/links.py site/html
 
