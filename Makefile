@@ -2,6 +2,8 @@
 # make test        set everything up, and run the tests
 # make test-lowest the same for the quick tests, with the lowest versions that pyproject.toml allows
 # make figures     set everything up, and draw every figure, into figures
+# make docs        set everything up, and build the documentation, into site/html
+# make wheels      set everything up, build the wheel, check it, and try it on each Python here
 PYTHON ?= python3
 VENV ?= .venv
 OUT ?= landscape
@@ -11,7 +13,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O1 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures wasm table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wheels wasm table noise mechanisms realities step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -58,6 +60,10 @@ lint: $(VENV)/linters
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/yamllint --strict .github .yamllint.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/[!c]*.yml
+	$(BIN)/zizmor --offline --no-progress --quiet .github
 	$(BIN)/clang-format --dry-run -Werror $(C_FILES) benchmarks/*.c
 	for compiler in $${COMPILERS:-gcc}; do \
 		for file in $(filter %.c,$(C_FILES)); do $$compiler $(WARNINGS) $$file || exit 1; done; done
@@ -82,6 +88,41 @@ sanitize: sdist
 figures: $(VENV)/installed
 	$(BIN)/softvox figures --force --out figures \
 		--results baselines/noise_free --results baselines/noise --results baselines/transfer
+
+# What only an extra needs is in an environment of its own, which sees that of the package.
+SITE := -c 'import sysconfig; print(sysconfig.get_path("purelib"))'
+$(VENV)-%/installed: $(VENV)/installed
+	$(BIN)/python -m venv --clear $(VENV)-$*
+	echo "import site; site.addsitedir('$$($(BIN)/python $(SITE))')" \
+		> "$$($(VENV)-$*/bin/python $(SITE))/package.pth"
+	$(VENV)-$*/bin/python -m pip install --quiet 'softvox-gym[$*]'
+	@touch $@
+
+# Every warning is an error. The notebooks run; the page that one can explore is one of the site's.
+docs: $(VENV)-docs/installed
+	rm -rf site
+	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs -d site/doctrees \
+		. site/html
+	mkdir -p site/html/app
+	$(VENV)-docs/bin/python -m softvox_gym explore --out site/html/app/landscape.html
+	$(VENV)-docs/bin/python tools/links.py site/html
+
+# A wheel for any Linux not older than its tag says, into wheelhouse, what a registry asks of it, and
+# a fresh environment with it on each Python here. It is abi3: one for all Pythons.
+PYTHONS ?= python3.11 python3.12 python3.13 python3.14
+wheels: $(VENV)-package/installed sdist
+	rm -rf build wheelhouse
+	$(VENV)-package/bin/python -m build --wheel --outdir dist . > /dev/null
+	PATH="$(abspath $(VENV)-package/bin):$$PATH" $(VENV)-package/bin/auditwheel repair \
+		--wheel-dir wheelhouse dist/*.whl
+	$(VENV)-package/bin/twine check --strict dist/*.tar.gz wheelhouse/*.whl
+	$(VENV)-package/bin/check-wheel-contents wheelhouse/*.whl
+	$(VENV)-package/bin/pyroma --min 10 .
+	for python in $(PYTHONS); do \
+		$$python --version 2> /dev/null || { echo "$$python is not here"; continue; }; \
+		$$python -m venv --clear $(VENV)-wheel && \
+		$(VENV)-wheel/bin/python -m pip install --quiet --only-binary :all: wheelhouse/*.whl && \
+		(cd / && "$(abspath $(VENV)-wheel)/bin/softvox" verify) || exit 1; done
 
 # The engine for browsers, which ships too; anew after any change in csrc.
 wasm: $(VENV)/installed
@@ -129,4 +170,4 @@ pictures: $(VENV)/installed
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 
 clean:
-	rm -rf $(VENV) $(VENV)-* build dist src/*.egg-info *.egg-info src/softvox_gym/_engine.*
+	rm -rf $(VENV) $(VENV)-* build dist site wheelhouse src/*.egg-info *.egg-info src/softvox_gym/_engine.*

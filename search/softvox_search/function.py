@@ -26,7 +26,7 @@ class FunctionSearcher(SearcherBase):
 
     Parameters
     ----------
-    function : callable (evaluate, space, rng, **options)
+    function : callable (evaluate, space, rng, ...)
         ``evaluate(designs)`` takes what `Searcher.ask` may return, or one design alone: a Design,
         a str of digits, a number, or a row of as many digits as the lattice has sites. It returns
         their values, float64 of shape (n,), to be maximised; (1,) for one design alone. When the

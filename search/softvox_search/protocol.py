@@ -16,6 +16,8 @@ Designs: TypeAlias = NDArray[np.int64]
 class Info(TypedDict):
     """What a searcher is told beside the values.
 
+    Attributes
+    ----------
     displacement : ndarray, shape (n, 3)
         dx, dy, dz in voxel widths; NaN where the design diverged.
     diverged : ndarray of bool, shape (n,)

@@ -100,6 +100,16 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         reality, task or render mode, a physics beside a reality, or a table of anything else; by
         `step` for an action that is not in the space.
 
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> import softvox_gym
+    >>> env = gym.make("SoftVox2x2x2-v0")
+    >>> track, info = env.reset(seed=0)
+    >>> track, reward, terminated, truncated, info = env.step([0, 0, 0, 2, 1, 2, 2, 2])
+    >>> print(round(reward, 2), terminated, info["design"], info["n_voxels"])
+    4.66 True 6453 5
+
     Versions
     --------
     v0: the first.

@@ -47,6 +47,16 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
     ------
     TypeError, ValueError
         As `SoftVoxEnv` does, or for a num_envs that is not positive or an unknown mode.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> import softvox_gym
+    >>> envs = gym.make_vec("SoftVox2x2x2-v0", num_envs=2, autoreset_mode="SameStep")
+    >>> tracks, infos = envs.reset(seed=0)
+    >>> _, rewards, _, _, infos = envs.step([[0, 0, 0, 2, 1, 2, 2, 2], [2] * 8])
+    >>> print(rewards.round(2), infos["final_info"]["n_voxels"])
+    [4.66 0.01] [5 8]
     """
 
     def __init__(

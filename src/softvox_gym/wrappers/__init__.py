@@ -77,6 +77,15 @@ class JakobiNoise(JakobiStep, _Wrapper):
     TypeError, ValueError
         As `Jakobi` does, or for an environment that is not this package's or answers from the
         table.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> from softvox_gym.wrappers import JakobiNoise
+    >>> env = JakobiNoise(gym.make("SoftVox2x2x2-v0"), level=1.0)
+    >>> _ = env.reset(seed=0)
+    >>> print([round(env.step([0, 0, 0, 2, 1, 2, 2, 2])[1], 1) for _ in range(3)])
+    [2.8, 2.9, 2.9]
     """
 
 
@@ -110,6 +119,16 @@ class Resample(ResampleStep, _Wrapper):
     TypeError, ValueError
         For another environment, one that is resampled already, an n that is not a positive whole
         number, or an unknown aggregate.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> from softvox_gym.wrappers import JakobiNoise, Resample
+    >>> env = Resample(JakobiNoise(gym.make("SoftVox2x2x2-v0"), level=1.0), n=64, aggregate="q10")
+    >>> _ = env.reset(seed=0)
+    >>> info = env.step([0, 0, 0, 2, 1, 2, 2, 2])[4]
+    >>> print(info["values"].shape, round(info["mean"], 1), round(info["fitness"], 1))
+    (64,) 3.2 1.8
     """
 
 
@@ -131,4 +150,13 @@ class FitnessNoise(MeasuredStep, _Wrapper):
     ------
     TypeError, ValueError
         As `softvox_gym.noise.MeasurementNoise` does, or for another environment.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> from softvox_gym.wrappers import FitnessNoise
+    >>> env = FitnessNoise(gym.make("SoftVox2x2x2-v0"), sigma=0.1)
+    >>> _ = env.reset(seed=0)
+    >>> print([round(env.step([0, 0, 0, 2, 1, 2, 2, 2])[1], 2) for _ in range(3)])
+    [4.67, 4.64, 4.72]
     """

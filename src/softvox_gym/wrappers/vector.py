@@ -2,6 +2,16 @@
 
 They return what a `SyncVectorEnv` of single environments in the single wrappers does, with the same
 seeds; all designs of a batch, and all their trials, go into C together.
+
+Examples
+--------
+>>> import gymnasium as gym
+>>> from softvox_gym.wrappers.vector import JakobiNoise, Resample
+>>> envs = gym.make_vec("SoftVox2x2x2-v0", num_envs=2, autoreset_mode="SameStep")
+>>> envs = Resample(JakobiNoise(envs, level=1.0), n=64)
+>>> _ = envs.reset(seed=0)
+>>> print(envs.step([[0, 0, 0, 2, 1, 2, 2, 2], [2] * 8])[1].round(1))
+[3.2 0.8]
 """
 
 from __future__ import annotations
