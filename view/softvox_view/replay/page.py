@@ -16,7 +16,13 @@ from softvox_view.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = [f"{name}.js" for name in ("shaders", "camera", "scene", "input", "player")]
+MODULES = [
+    f"{name}.js"
+    for name in (
+        *("shaders", "bodies", "camera", "scene"),
+        *("strips", "filters", "export", "input", "player"),
+    )
+]
 
 
 def page(
