@@ -59,7 +59,7 @@ FADE = 0.62  # radius at which the floor has faded to 1/e, in camera distances
 
 AZIMUTH = -62.0  # degrees; from where a robot is seen that has gone nowhere
 NOWHERE = 0.05  # voxel widths; a shorter way has no direction
-ROOM = 0.72  # of the half picture that a robot alone is given, which it fills beside its path
+ROOM = 0.8  # of the half picture that a robot alone is given, which it fills beside its path
 FARTHEST = 2.6  # times the distance for a robot alone; a longer path is followed
 TRAIL = (0.36, 0.20, 0.52)  # the path of the centre of mass: neither cyan nor red, and dark
 TRAIL_WIDTH = 2.6  # pixels in a picture of 360 rows, and in proportion

@@ -223,7 +223,10 @@ def test_a_glb_of_the_page_is_that_of_the_command(page, result):
     assert name == "softvox-6453.glb"
     ours, theirs = (parts(made) for made in (content, replay.glb(replay.recording(result, 0))))
     assert ours[0] == theirs[0]
-    time = slice(theirs[0]["bufferViews"][4]["byteOffset"], None)
+    for scene, _ in (ours, theirs):  # the ends of quaternions differ in their last digit
+        for accessor in scene["accessors"]:
+            accessor["ends"] = [np.float16(accessor.pop(end)).tolist() for end in ("min", "max")]
+    time = slice(theirs[0]["bufferViews"][2]["byteOffset"], None)
     numbers = [bytes_[time].view("<f4") for _, bytes_ in (ours, theirs)]
     np.testing.assert_allclose(*numbers, atol=1e-6)
 

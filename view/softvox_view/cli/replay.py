@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import sys
 from argparse import ArgumentTypeError, Namespace
@@ -15,7 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of, whole_number
+from softvox_gym.cli.parser import (
+    add_physics,
+    add_threads,
+    named,
+    number,
+    physics_of,
+    whole_number,
+    world_of,
+)
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design
@@ -25,9 +32,9 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
-from softvox_gym.physics import SPECS, Physics
+from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.realities import Reality, reality
+from softvox_gym.realities import Reality
 from softvox_gym.rendering import png
 from softvox_gym.simulation import Result, simulate, spaced
 from softvox_view import encode, replay
@@ -66,6 +73,7 @@ PER_CYCLE = 24  # frames of a page, where they fit
 FEWEST_PER_CYCLE = 6  # with fewer the pumping can't be seen
 MOST_BYTES = 400_000  # of a page's recording, so that the page stays well under a megabyte
 MOST_PICTURES = 6000  # of a film
+MOST_FRAMES = 20_000  # from which they are taken, but for pictures that are closer
 MOST_GIF_BYTES = 2**30  # of its pictures, which ffmpeg has all in memory at once
 FPS = 25.0  # of a film
 FASTEST_GIF = 50.0  # browsers slow faster ones down
@@ -211,60 +219,16 @@ def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
         raise BadInputError("--versus shows designs that are given, and --top has none")
     if len(args.versus) >= MOST_WORLDS:
         raise BadInputError(f"at most {MOST_WORLDS - 1} worlds are shown --versus the first")
-    preset = Physics.preset(args.physics)
-    changes = {
-        key: value
-        for key, value in physics.to_dict().items()
-        if value != preset.to_dict()[key] and (key != "duration" or args.cycles is None)
-    }
-    own = ",".join(f"{key}={_short(value)}" for key, value in changes.items())
-    worlds = {own or args.physics: Reality.of(physics)}
+    worlds = {named(physics, args.physics): Reality.of(physics)}
     for text in args.versus:
         with bad_input("--versus"):
-            name, world = _world(text, physics)
+            name, world = world_of(text, physics)
         if name in worlds:
             raise BadInputError(f"--versus {text}: that world is shown already; give another")
         if args.cycles is not None:
             world = replace(world, physics=world.physics.lasting(args.cycles))
         worlds[name] = world
     return worlds
-
-
-def _short(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value).replace(" ", "")
-
-
-def _world(text: str, physics: Physics) -> tuple[str, Reality]:
-    """Return a world's name and what it is; ValueError for a text that names none."""
-    kinds = {spec.name: type(spec.default) for spec in SPECS} | {"shear_ratio": float}
-    changes: dict[str, Any] = {}
-    for part in text.split(","):
-        key, equals, value = (word.strip() for word in part.partition("="))
-        key = key.replace("-", "_")
-        if key == "reality" and equals and part == text:
-            return value, reality(value)
-        if key not in kinds or not equals:
-            close = difflib.get_close_matches(key, ["reality", *kinds], n=1)
-            hint = f"; did you mean {close[0]}=...?" if close else ""
-            raise ValueError(
-                f"{text!r} is neither reality=NAME nor parameters as gravity=-1.62{hint}"
-            )
-        changes[key] = _read(key, value, kinds[key])
-    return text, Reality.of(Physics.of({**physics.to_dict(), **changes}))
-
-
-def _read(key: str, text: str, kind: type) -> Any:
-    """Return a parameter's value as its text has it; ValueError where that is none."""
-    if kind is str:
-        return text
-    if kind is bool:
-        if text not in ("yes", "no"):
-            raise ValueError(f"{key} must be yes or no, got {text!r}")
-        return text == "yes"
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{key} must be a number, got {text!r}") from None
 
 
 def _seen(result: Result, world: Reality) -> Result:
@@ -399,7 +363,9 @@ def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) ->
             f"{MOST_GIF_BYTES / 2**30:g} GiB are used; give a lower --width, less time (--cycles), "
             "a lower --fps, or make an .mp4"
         )
-    return [max(1, int(args.speed / args.fps / step)) for step in steps]
+    # A picture's moment, and the one when the pump begins, are met more nearly than it moves.
+    fine = max(1 / (4 * PER_CYCLE * frequency), seconds / MOST_FRAMES)
+    return [max(1, int(min(args.speed / args.fps, fine) / step)) for step in steps]
 
 
 def _film(args: Namespace, panels: Panels, results: Mapping[str, Result]) -> bytes:

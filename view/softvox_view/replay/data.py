@@ -198,21 +198,14 @@ def pose(result: Result, i: int, frame: int) -> Pose:
     checked_places(result, (i,))
     if frame < 0:
         raise ValueError(f"frame must be at least 0, got {frame}")
-    return poses(result, i, frame + 1)[-1]
-
-
-def poses(result: Result, i: int, end: int | None = None) -> list[Pose]:
-    """Return one design of a batch at every moment that it has, up to a frame."""
+    position, quaternion, edge = movement(result, i, frame + 1)
     built = rest_pose(result.designs[i])
-    return [
-        Pose(position, quaternion, edge, built.active, built.site)
-        for position, quaternion, edge in zip(*_movement(result, i, end), strict=True)
-    ]
+    return Pose(position[-1], quaternion[-1], edge[-1], built.active, built.site)
 
 
 def walk(result: Result, i: int) -> Walk:
     """Return where one design of a batch stood when the pump began, and its path from then."""
-    position = _movement(result, i)[0]
+    position = movement(result, i)[0]
     begin = min(settled(result), len(position) - 1)
     path = position[begin:].mean(axis=1) if position.size else np.zeros((1, 3))
     return Walk(pose(result, i, begin), path)
@@ -278,7 +271,7 @@ def clock_of(result: Result, i: int) -> tuple[float, float]:
     return step, frequency
 
 
-def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
+def movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
     """Return position, quaternion and edge of a design's voxels, frames first, in voxel widths.
 
     They go up to a frame, or the first that the design lacks; as built where that is frame 0.
@@ -299,7 +292,7 @@ def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[A
 def _robot(result: Result, i: int, frames: NDArray[np.int64]) -> dict[str, Any]:
     """Return what a recording tells of one design of a batch at some frames, in order."""
     design, first = result.design(i), pose(result, i, 0)
-    position, quaternion, edge = _movement(result, i)
+    position, quaternion, edge = movement(result, i)
     shown = frames[frames < len(edge)].max(initial=frames[0])
     last = int(np.flatnonzero(frames == shown)[0])
     kept = np.minimum(frames[np.minimum(np.arange(len(frames)), last)], len(edge) - 1)

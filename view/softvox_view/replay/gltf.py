@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 import struct
 from typing import Any
 
@@ -15,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.rendering import CORNERS, FACES
-from softvox_view.replay.data import STEPS
 
 APART = 5.0  # voxel widths between robots that have no place of their own
 FLOAT, UINT16 = 5126, 5123  # of OpenGL
-HALF_TURN = math.sqrt(0.5)
+PATHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 
 
 def glb(recording: dict[str, Any]) -> bytes:
@@ -28,91 +26,81 @@ def glb(recording: dict[str, Any]) -> bytes:
     In metres, y upwards, as glTF has it. Robots that do not share a panel stand 5 voxel widths from
     each other. Voxels are the boxes of the model, and have no skin.
     """
-    content = bytearray()
-    views: list[dict[str, Any]] = []
-    accessors: list[dict[str, Any]] = []
-
-    def accessor(values: NDArray[Any], kind: str, **more: Any) -> int:
-        size = {"byteOffset": len(content), "byteLength": values.nbytes}
-        views.append({"buffer": 0, **size})
-        number = FLOAT if values.dtype == np.float32 else UINT16
-        own = {"bufferView": len(accessors), "componentType": number, "count": len(values)}
-        accessors.append({**own, "type": kind, **more})
-        content.extend(values.tobytes())
-        return len(accessors) - 1
-
-    corners = (CORNERS[FACES].reshape(-1, 3) / 2).astype("<f4")
-    normals = np.repeat(CORNERS[FACES].mean(axis=1), 4, axis=0).astype("<f4")
-    triangles = (4 * np.arange(6)[:, None] + [0, 1, 2, 0, 2, 3]).astype("<u2").ravel()
-    box = {"min": [-0.5] * 3, "max": [0.5] * 3}
-    cube = {"POSITION": accessor(corners, "VEC3", **box), "NORMAL": accessor(normals, "VEC3")}
-    indices = accessor(triangles, "SCALAR")
+    triangles = FACES[:, [0, 1, 2, 0, 2, 3]].astype("<u2").ravel()
     time = (np.arange(recording["frames"]) * recording["seconds_per_frame"]).astype("<f4")
-    ends = {"min": [float(time[0])], "max": [float(time[-1])]}
-    clock = accessor(time, "SCALAR", **ends)
-
-    upright, metres = [-HALF_TURN, 0.0, 0.0, HALF_TURN], [recording["physics"]["edge"]] * 3
-    nodes: list[dict[str, Any]] = [{"rotation": upright, "scale": metres, "children": []}]
-    samplers: list[dict[str, Any]] = []
+    arrays: list[tuple[NDArray[Any], str]] = [
+        ((CORNERS / 2).astype("<f4"), "VEC3"),
+        (triangles, "SCALAR"),
+        (time, "SCALAR"),
+    ]
+    metres = [recording["physics"]["edge"]] * 3
+    nodes: list[dict[str, Any]] = [{"rotation": [-(0.5**0.5), 0, 0, 0.5**0.5], "scale": metres}]
     channels: list[dict[str, Any]] = []
     for k, robot in enumerate(recording["robots"]):
-        x, y = robot.get("shift", [0.0, 0.0])
-        own = {"name": robot["label"], "translation": [x, y + APART * robot.get("panel", k), 0.0]}
-        nodes[0]["children"].append(len(nodes))
-        nodes.append({**own, "children": []} if robot["active"] else own)
-        parent = nodes[-1]
-        for v, values in enumerate(zip(*map(_voxels, _movement(robot)), strict=True)):
-            parent["children"].append(len(nodes))
-            for path, moving in zip(("translation", "rotation", "scale"), values, strict=True):
-                kind = "VEC4" if path == "rotation" else "VEC3"
-                channels.append(
-                    {"sampler": len(samplers), "target": {"node": len(nodes), "path": path}}
-                )
-                samplers.append({"input": clock, "output": accessor(moving, kind)})
-            nodes.append({"mesh": robot["active"][v]})
-    style = recording["style"]
-    # Colours are linear there.
-    colours = [[round(c**2.2, 4) for c in style[name]] for name in ("passive", "active")]
-    shine = {"metallicFactor": 0.0, "roughnessFactor": 0.9}
-    parts = {"attributes": cube, "indices": indices}
+        for v, moving in enumerate(_voxels(robot, APART * robot.get("panel", k))):
+            for (path, kind), values in zip(PATHS.items(), moving, strict=True):
+                target = {"node": len(nodes), "path": path}
+                channels.append({"sampler": len(channels), "target": target})
+                arrays.append((values, kind))
+            nodes.append({"name": f"{robot['label']} · {v}", "mesh": robot["active"][v]})
+    if len(nodes) > 1:
+        nodes[0]["children"] = list(range(1, len(nodes)))
+    starts = np.cumsum([0, *(values.nbytes for values, _ in arrays)]).tolist()
+    # Lights of colours are linear there. Without normals, faces are flat.
+    colours = [
+        [round(c**2.2, 4) for c in recording["style"][name]] for name in ("passive", "active")
+    ]
     scene: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "softvox-gym"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": nodes,
-        "meshes": [{"primitives": [{**parts, "material": k}]} for k in (0, 1)],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": k}]}
+            for k in (0, 1)
+        ],
         "materials": [
-            {"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1.0], **shine}}
+            {"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}}
             for colour in colours
         ],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(content)}],
+        "accessors": [
+            {
+                "bufferView": k,
+                "componentType": UINT16 if values.dtype == "<u2" else FLOAT,
+                "count": len(values),
+                "type": kind,
+                "min": np.atleast_1d(values.min(axis=0)).tolist(),
+                "max": np.atleast_1d(values.max(axis=0)).tolist(),
+            }
+            for k, (values, kind) in enumerate(arrays)
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": values.nbytes}
+            for start, (values, _) in zip(starts[:-1], arrays, strict=True)
+        ],
+        "buffers": [{"byteLength": starts[-1]}],
     }
     if channels:
+        outputs = range(3, len(arrays))
+        samplers = [{"input": 2, "output": output} for output in outputs]
         scene["animations"] = [{"name": "walk", "channels": channels, "samplers": samplers}]
     text = json.dumps(scene, separators=(",", ":")).encode()
-    chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", bytes(content))]
+    content = b"".join(np.ascontiguousarray(values).tobytes() for values, _ in arrays)
+    chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", content)]
     body = b"".join(struct.pack("<I", len(part)) + name + part for name, part in chunks)
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
-def _movement(robot: dict[str, Any]) -> tuple[NDArray[np.float32], ...]:
-    """Return translation, rotation and scale of every voxel: (frames, voxels, 3, 4 and 3)."""
-    voxels = len(robot["active"])
+def _voxels(robot: dict[str, Any], aside: float) -> list[tuple[NDArray[np.float32], ...]]:
+    """Return of every voxel translation, rotation and scale: (frames, 3, 4 and 3)."""
     centre = np.frombuffer(base64.b64decode(robot["centre"]), "<f4").reshape(-1, 1, 3)
-
-    def counted(name: str, values: int) -> NDArray[np.float64]:
-        counts = np.frombuffer(base64.b64decode(robot[name]), "<i2")
-        return counts.reshape(len(centre), voxels, values) / STEPS
-
-    position = centre + robot["scale"] * counted("position", 3)
-    quaternion = counted("quaternion", 4)[..., [1, 2, 3, 0]]
-    turned = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
-    edge = np.repeat(robot["scale"] * counted("edge", 1), 3, axis=-1)
-    return tuple(values.astype("<f4") for values in (position, turned, edge))
-
-
-def _voxels(values: NDArray[np.float32]) -> list[NDArray[np.float32]]:
-    """Return the movement of each voxel by itself."""
-    return [np.ascontiguousarray(values[:, v]) for v in range(values.shape[1])]
+    position, quaternion, edge = (
+        np.frombuffer(base64.b64decode(robot[name]), "<i2").reshape(len(centre), -1, size)
+        for name, size in (("position", 3), ("quaternion", 4), ("edge", 1))
+    )
+    x, y = robot.get("shift", (0.0, 0.0))
+    scale = robot["scale"] / (2**15 - 1)
+    moved = centre + scale * position + [x, y + aside, 0.0]
+    turned = quaternion[..., [1, 2, 3, 0]] / np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    moving = [values.astype("<f4") for values in (moved, turned, np.repeat(scale * edge, 3, -1))]
+    return [tuple(values[:, v] for values in moving) for v in range(position.shape[1])]

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.rendering import Pose, Stage, lanes, png
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import checked_places, frames_of, poses, settled, walk
+from softvox_view.replay.data import checked_places, frames_of, movement, rest_pose, settled, walk
 
 #: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
 COARSE = 4
@@ -41,33 +40,39 @@ class Panels:
         panel: tuple[int, int],
         boxes: bool = False,
     ) -> None:
-        self.panel = panel
         self.stages: list[Stage] = []
-        self._robots: list[list[tuple[Result, list[Pose]]]] = []
+        self._robots: list[list[Callable[[Callable[[Result], int]], tuple[Pose, int]]]] = []
         for scene in scenes:
             walks = [walk(result, i) for result, i in scene]
             shifts = lanes(walks)
             moved = [one.moved(shift) for one, shift in zip(walks, shifts, strict=True)]
             self.stages.append(Stage(moved, width=panel[0], height=panel[1], boxes=boxes))
             self._robots.append(
-                [
-                    (result, [moved_by(pose, shift) for pose in poses(result, i)])
-                    for (result, i), shift in zip(scene, shifts, strict=True)
-                ]
+                [_moving(*robot, shift) for robot, shift in zip(scene, shifts, strict=True)]
             )
 
     def picture(self, frame_of: Callable[[Result], int]) -> NDArray[np.uint8]:
         """Draw the frame that each result has at a moment; past a robot's last, that one."""
         drawn = []
         for stage, robots in zip(self.stages, self._robots, strict=True):
-            frames = [min(frame_of(result), len(poses) - 1) for result, poses in robots]
-            moments = [
-                max(0, frame - settled(result))
-                for frame, (result, _) in zip(frames, robots, strict=True)
-            ]
-            shown = [poses[frame] for frame, (_, poses) in zip(frames, robots, strict=True)]
-            drawn.append(stage.picture(shown, moments))
+            shown = [robot(frame_of) for robot in robots]
+            drawn.append(stage.picture([pose for pose, _ in shown], [k for _, k in shown]))
         return beside(drawn)
+
+
+def _moving(
+    result: Result, i: int, shift: NDArray[np.float64]
+) -> Callable[[Callable[[Result], int]], tuple[Pose, int]]:
+    """Return what gives a robot's pose, moved aside, and its moment since the pump began."""
+    position, quaternion, edge = movement(result, i)
+    built, begin = rest_pose(result.designs[i]), settled(result)
+
+    def at(frame_of: Callable[[Result], int]) -> tuple[Pose, int]:
+        k = min(frame_of(result), len(edge) - 1)
+        pose = Pose(position[k] + shift, quaternion[k], edge[k], built.active, built.site)
+        return pose, max(0, k - begin)
+
+    return at
 
 
 def still(
@@ -113,11 +118,6 @@ def beside(pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
         top, left = k // across * height, k % across * width
         picture[top : top + height, left : left + width] = drawn
     return picture
-
-
-def moved_by(pose: Pose, shift: NDArray[np.float64]) -> Pose:
-    """Return a pose somewhere else."""
-    return replace(pose, position=pose.position + shift)
 
 
 def columns(count: int) -> int:

@@ -4,7 +4,6 @@ import { CUBE_CORNERS, CUBE_FACES } from "./bodies.js";
 
 const FILM_TYPES = ["video/mp4;codecs=avc1.42E01F", "video/mp4", "video/webm;codecs=vp9", "video/webm"];
 const APART = 5; // voxel widths between robots that have no place of their own
-const [GL_FLOAT, GL_UINT16] = [5126, 5123];
 
 /** The kind of film that this browser makes of a canvas, as a MIME type; null where it makes none. */
 export function filmType() {
@@ -49,68 +48,60 @@ export async function filmed(canvas, type, play) {
   return new Blob(parts, { type: type.split(";")[0] });
 }
 
-/** Return a recording's robots as the bytes of a .glb, as softvox_view.replay.glb does. */
+/** Return a recording's robots as a .glb, as softvox_view.replay.gltf does; that says what is in it. */
 export function glb({ robots, style, physics, frames, seconds_per_frame }, bodies) {
-  const [parts, views, accessors] = [[], [], []];
-  let size = 0;
-  const accessor = (array, type, more = {}) => {
-    const count = array.length / { SCALAR: 1, VEC3: 3, VEC4: 4 }[type];
-    views.push({ buffer: 0, byteOffset: size, byteLength: array.byteLength });
-    const componentType = array instanceof Float32Array ? GL_FLOAT : GL_UINT16;
-    accessors.push({ bufferView: accessors.length, componentType, count, type, ...more });
-    parts.push(new Uint8Array(array.buffer));
-    size += array.byteLength;
-    return accessors.length - 1;
-  };
-  const normal = (face) => [0, 1, 2].map((axis) => face.reduce((sum, c) => sum + CUBE_CORNERS[c][axis] / 4, 0));
-  const corners = CUBE_FACES.flatMap((face) => face.flatMap((c) => CUBE_CORNERS[c].map((value) => value / 2)));
-  const normals = CUBE_FACES.flatMap((face) => face.flatMap(() => normal(face)));
-  const triangles = CUBE_FACES.flatMap((_, k) => [0, 1, 2, 0, 2, 3].map((c) => 4 * k + c));
-  const box = { min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5] };
-  const POSITION = accessor(new Float32Array(corners), "VEC3", box);
-  const cube = { POSITION, NORMAL: accessor(new Float32Array(normals), "VEC3") };
-  const indices = accessor(new Uint16Array(triangles), "SCALAR");
-  const time = Float32Array.from({ length: frames }, (_, frame) => frame * seconds_per_frame);
-  const clock = accessor(time, "SCALAR", { min: [time[0]], max: [time[frames - 1]] });
-
-  const upright = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2];
-  const nodes = [{ rotation: upright, scale: [physics.edge, physics.edge, physics.edge], children: [] }];
-  const [samplers, channels] = [[], []];
-  const along = (of) => Float32Array.from(Array.from({ length: frames }, (_, frame) => of(frame)).flat());
-  robots.forEach((robot, k) => {
-    const [x, y] = robot.shift ?? [0, 0];
-    nodes[0].children.push(nodes.length);
-    const parent = { name: robot.label, translation: [x, y + APART * (robot.panel ?? k), 0] };
-    nodes.push(robot.active.length ? Object.assign(parent, { children: [] }) : parent);
-    robot.active.forEach((kind, v) => {
-      const body = bodies[k];
+  const every = (of) => Float32Array.from(Array.from({ length: frames }, (_, frame) => of(frame)).flat());
+  const corners = Float32Array.from(CUBE_CORNERS.flat(), (value) => value / 2);
+  const triangles = CUBE_FACES.flatMap((face) => [0, 1, 2, 0, 2, 3].map((c) => face[c]));
+  const time = every((frame) => frame * seconds_per_frame);
+  const arrays = [[corners, 3], [new Uint16Array(triangles), 1], [time, 1]];
+  const nodes = [{ rotation: [-Math.SQRT1_2, 0, 0, Math.SQRT1_2], scale: Array(3).fill(physics.edge) }];
+  const channels = [];
+  bodies.forEach((body, k) => {
+    const aside = [0, APART * (robots[k].panel ?? k), 0];
+    body.active.forEach((mesh, v) => {
       const moving = {
-        translation: along((frame) => body.position(frame, v).map((value, axis) => value - [x, y, 0][axis])),
-        rotation: along((frame) => [1, 2, 3, 0].map((part) => body.quaternion(frame, v)[part])),
-        scale: along((frame) => Array(3).fill(body.edge(frame, v))),
+        translation: every((frame) => body.position(frame, v).map((value, axis) => value + aside[axis])),
+        rotation: every((frame) => [1, 2, 3, 0].map((part) => body.quaternion(frame, v)[part])),
+        scale: every((frame) => Array(3).fill(body.edge(frame, v))),
       };
-      parent.children.push(nodes.length);
       for (const [path, values] of Object.entries(moving)) {
-        channels.push({ sampler: samplers.length, target: { node: nodes.length, path } });
-        samplers.push({ input: clock, output: accessor(values, path === "rotation" ? "VEC4" : "VEC3") });
+        channels.push({ sampler: channels.length, target: { node: nodes.length, path } });
+        arrays.push([values, path === "rotation" ? 4 : 3]);
       }
-      nodes.push({ mesh: kind });
+      nodes.push({ name: `${robots[k].label} · ${v}`, mesh });
     });
   });
-  const material = (colour) => {
-    const linear = colour.map((value) => Math.round(value ** 2.2 * 1e4) / 1e4); // as colours are there
-    const shine = { metallicFactor: 0, roughnessFactor: 0.9 };
-    return { pbrMetallicRoughness: { baseColorFactor: [...linear, 1], ...shine } };
+  if (nodes.length > 1) nodes[0].children = nodes.map((_, k) => k).slice(1);
+  const ends = (array, size, of) => Array.from({ length: size }, (_, i) => array.filter((_, k) => k % size === i).reduce(of));
+  let size = 0;
+  const bufferViews = arrays.map(([{ byteLength }]) => ({ buffer: 0, byteOffset: (size += byteLength) - byteLength, byteLength }));
+  const accessors = arrays.map(([array, width], bufferView) => ({
+    bufferView,
+    componentType: array instanceof Uint16Array ? 5123 : 5126, // of OpenGL: whole or floating
+    count: array.length / width,
+    type: { 1: "SCALAR", 3: "VEC3", 4: "VEC4" }[width],
+    min: ends(array, width, (a, b) => Math.min(a, b)),
+    max: ends(array, width, (a, b) => Math.max(a, b)),
+  }));
+  const linear = (colour) => [...colour.map((value) => Math.round(value ** 2.2 * 1e4) / 1e4), 1];
+  const scene = {
+    asset: { version: "2.0", generator: "softvox-gym" },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes,
+    meshes: [0, 1].map((k) => ({ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: k }] })),
+    materials: [style.passive, style.active].map((colour) => ({
+      pbrMetallicRoughness: { baseColorFactor: linear(colour), metallicFactor: 0 },
+    })),
+    ...{ accessors, bufferViews, buffers: [{ byteLength: size }] },
   };
-  const meshes = [0, 1].map((kind) => ({ primitives: [{ attributes: cube, indices, material: kind }] }));
-  const scene = { asset: { version: "2.0", generator: "softvox-gym" }, scene: 0, scenes: [{ nodes: [0] }], nodes, meshes };
-  Object.assign(scene, { materials: [style.passive, style.active].map(material), accessors });
-  Object.assign(scene, { bufferViews: views, buffers: [{ byteLength: size }] });
+  const samplers = channels.map((_, k) => ({ input: 2, output: k + 3 }));
   if (channels.length) scene.animations = [{ name: "walk", channels, samplers }];
   const text = new TextEncoder().encode(JSON.stringify(scene));
   const padding = new Uint8Array((4 - (text.length % 4)) % 4).fill(32);
-  const numbers = (...values) => new Uint8Array(new Uint32Array(values).buffer);
-  const [length, whole] = [text.length + padding.length, 28 + text.length + padding.length + size];
-  const head = [numbers(0x46546c67, 2, whole, length, 0x4e4f534a), text, padding];
-  return new Blob([...head, numbers(size, 0x4e4942), ...parts], { type: "model/gltf-binary" });
+  const length = text.length + padding.length;
+  const numbers = (...values) => new Uint32Array(values);
+  const parts = [numbers(0x46546c67, 2, 28 + length + size, length, 0x4e4f534a), text, padding];
+  return new Blob([...parts, numbers(size, 0x4e4942), ...arrays.map(([array]) => array)], { type: "model/gltf-binary" });
 }
