@@ -195,7 +195,8 @@ def run(args: Namespace) -> int:
                 name: _seen(world.simulate(designs, frames=steps, threads=args.threads), world)
                 for (name, world), steps in zip(worlds.items(), every, strict=True)
             }
-        content, shown = _made(args, results), _told(results)
+        content = _made(args, results)
+        shown = ", ".join(label for i in range(len(designs)) for label, _ in _labels(results, i))
     with bad_input("--out"):
         write_file(args.out, content, force=args.force)
     size = f"{len(content) / 1e6:.1f} MB" if len(content) >= 1e6 else f"{len(content) / 1e3:.0f} kB"
@@ -203,14 +204,11 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _told(results: Mapping[str, Result]) -> str:
-    """Return what is shown, in words."""
+def _labels(results: Mapping[str, Result], i: int) -> list[tuple[str, str]]:
+    """Return what stands beside a design's robots, one for each world."""
     first, *others = results.values()
-    ways = []
-    for name, result in results.items():
-        own = [labels(result, i, first.design(i))[0] for i in range(len(result))]
-        ways += [f"{name}: {text}" if others else text for text in own]
-    return ", ".join(ways)
+    named = [(name if others else "", result) for name, result in results.items()]
+    return [labels(result, i, world=name, design=first.design(i)) for name, result in named]
 
 
 def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
@@ -241,30 +239,21 @@ def _seen(result: Result, world: Reality) -> Result:
     return replace(result, frames=replace(result.frames, position=position, edge=edge))
 
 
-def _recorded(results: Mapping[str, Result]) -> dict[str, Any]:
-    first, *others = results.values()
-    return replay.versus(results) if others else replay.recording(first)
-
-
 def _made(args: Namespace, results: Mapping[str, Result]) -> bytes:
     """Return the content of the file."""
+    first, *others = results.values()
     if args.kind == ".glb":
-        return replay.glb(_recorded(results))
+        return replay.glb(replay.versus(results) if others else replay.recording(first))
+    scenes = [[(result, i) for result in results.values()] for i in range(len(first))]
+    panel = panel_for(len(scenes)) if args.kind == ".html" else args.panel
+    panels = Panels(scenes, panel=panel, boxes=args.boxes)
     if args.kind == ".html":
-        picture = Panels(_scenes(results), panel=panel_for(len(_scenes(results))), boxes=args.boxes)
-        last = picture.picture(lambda result: len(frames_of(result).step) - 1)
-        options = {"boxes": args.boxes}
-        return replay.page(_recorded(results), last, speed=args.speed, **options).encode()
-    panels = Panels(_scenes(results), panel=args.panel, boxes=args.boxes)
+        recording = replay.versus(results) if others else replay.recording(first)
+        last = panels.picture(lambda result: len(frames_of(result).step) - 1)
+        return replay.page(recording, last, speed=args.speed, boxes=args.boxes).encode()
     if args.kind == ".png":
         return png(_drawn(args, panels, results, math.inf))
     return _film(args, panels, results)
-
-
-def _scenes(results: Mapping[str, Result]) -> list[list[tuple[Result, int]]]:
-    """Return every design's robots, one for each world."""
-    first, *_ = results.values()
-    return [[(result, i) for result in results.values()] for i in range(len(first))]
 
 
 def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
@@ -397,14 +386,9 @@ def _drawn(
 ) -> NDArray[np.uint8]:
     """Return the picture of a moment, s from when the pump begins, with captions."""
     picture = panels.picture(lambda result: int(frames_at(result, np.array([moment]))[0]))
-    first, *others = results.values()
     captions = []
-    for i in range(len(first)):
-        lines = [labels(first, i)]
-        signs: list[tuple[float, float, str]] = []
-        if others:
-            ways = [(name, labels(result, i, first.design(i))) for name, result in results.items()]
-            lines = [(f"{name}: {long}", f"{name}: {short}") for name, (long, short) in ways]
-            signs = [(*panels.stages[i].sign(k), name) for k, name in enumerate(results)]
-        captions.append(encode.Caption(lines, signs))
+    for i, stage in enumerate(panels.stages):
+        signs = [(*stage.sign(k), name) for k, name in enumerate(results)]
+        lines = _labels(results, i)
+        captions.append(encode.Caption(lines, signs if len(results) > 1 else []))
     return encode.captioned(picture, captions, args.panel)

@@ -100,7 +100,7 @@ def versus(worlds: Mapping[str, Result], *designs: int) -> dict[str, Any]:
     for panel, i in enumerate(places):
         shifts = lanes([walk(result, i) for result in worlds.values()])
         for (name, result), shift in zip(worlds.items(), shifts, strict=True):
-            label, short = (f"{name}: {text}" for text in labels(result, i, first.design(i)))
+            label, short = labels(result, i, world=name, design=first.design(i))
             own = {"label": label, "short_label": short, "world": name}
             shared = {"panel": panel, "shift": shift[:2].tolist()}
             robots.append({**_robot(result, i, frames_at(result, moments)), **own, **shared})
@@ -246,19 +246,23 @@ def name_of(design: Design) -> str:
     return f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
 
 
-def labels(result: Result, i: int, design: Design | None = None) -> tuple[str, str]:
+def labels(
+    result: Result, i: int, *, world: str = "", design: Design | None = None
+) -> tuple[str, str]:
     """Return what stands beside a robot, name, fitness and cycles; less where there is no room.
 
-    The name is that of a design which the world may have refined.
+    Before that comes the name of a world, which may have refined the design.
     """
     design = design or result.design(i)
     name = name_of(design)
     short = name.split(" · ")[0 if design.lattice == Lattice() else 1]
-    if result.diverged[i]:
-        return f"{name} · diverged", f"{short} · diverged"
     cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
-    fitness = f"{result.fitness[i]:.2f}"
-    return f"{name} · {fitness} in {cycles:.4g} cycles", f"{short} · {fitness}"
+    far = f"{result.fitness[i]:.2f}"
+    ends = (
+        ("diverged", "diverged") if result.diverged[i] else (f"{far} in {cycles:.4g} cycles", far)
+    )
+    before = f"{world}: " if world else ""
+    return f"{before}{name} · {ends[0]}", f"{before}{short} · {ends[1]}"
 
 
 def clock_of(result: Result, i: int) -> tuple[float, float]:

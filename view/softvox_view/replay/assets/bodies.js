@@ -10,27 +10,22 @@ export const NUMBERS_PER_FACE = 13; // four corners, and whether it is active
 
 /** One robot. Lengths are voxel widths; a robot of several in a scene is moved aside. */
 export class Body {
-  #robot;
-  #counts;
   #skin;
+  #position; // of each voxel from the centre of mass
+  #quaternion; // w, x, y, z
+  #edge;
 
   /** @param {number} begin The frame with which the pump begins. */
   constructor(robot, begin) {
-    this.#robot = robot;
-    this.begin = begin;
-    this.voxels = robot.active.length;
-    this.active = robot.active;
-    this.distance = robot.distance;
-    const [x, y] = robot.shift ?? [0, 0];
-    const shift = [x, y, 0];
+    const numbers = (name, scale) => Float64Array.from(new Int16Array(bytesOf(robot[name]).buffer), (n) => (n / COUNTS) * scale);
+    Object.assign(this, { begin, voxels: robot.active.length, active: robot.active, distance: robot.distance });
+    const shift = [...(robot.shift ?? [0, 0]), 0];
     this.path = new Float32Array(bytesOf(robot.centre).buffer).map((value, i) => value + shift[i % 3]);
-    const named = ["position", "quaternion", "edge"].map((name) => [name, new Int16Array(bytesOf(robot[name]).buffer)]);
-    this.#counts = Object.fromEntries(named);
+    this.frames = this.path.length / 3;
+    this.#position = numbers("position", robot.scale);
+    this.#quaternion = numbers("quaternion", 1);
+    this.#edge = numbers("edge", robot.scale);
     this.#skin = joined(sitesOf(robot));
-  }
-
-  get frames() {
-    return this.path.length / 3;
   }
 
   /** Where the centre of mass is: x, y, z. */
@@ -45,26 +40,24 @@ export class Body {
   }
 
   edge(frame, voxel) {
-    return (this.#robot.scale * this.#counts.edge[frame * this.voxels + voxel]) / COUNTS;
+    return this.#edge[frame * this.voxels + voxel];
   }
 
   /** The volume of its voxels over that which they were built with. */
   volume(frame) {
-    let sum = 0;
-    for (let v = 0; v < this.voxels; v++) sum += this.edge(frame, v) ** 3;
-    return this.voxels ? sum / this.voxels : 1;
+    const edges = this.#edge.subarray(frame * this.voxels, (frame + 1) * this.voxels);
+    return this.voxels ? edges.reduce((sum, edge) => sum + edge ** 3, 0) / this.voxels : 1;
   }
 
   position(frame, voxel) {
     const first = 3 * (frame * this.voxels + voxel);
-    const scale = this.#robot.scale / COUNTS;
-    return this.centre(frame).map((value, axis) => value + scale * this.#counts.position[first + axis]);
+    return this.centre(frame).map((value, axis) => value + this.#position[first + axis]);
   }
 
   /** Of length 1: w, x, y, z. */
   quaternion(frame, voxel) {
     const first = 4 * (frame * this.voxels + voxel);
-    const values = [...this.#counts.quaternion.subarray(first, first + 4)].map((count) => count / COUNTS);
+    const values = [...this.#quaternion.subarray(first, first + 4)];
     const length = Math.hypot(...values);
     return values.map((value) => value / length);
   }
@@ -74,12 +67,9 @@ export class Body {
     const places = new Float64Array(24 * this.voxels);
     for (let v = 0; v < this.voxels; v++) {
       const axes = rotation(this.quaternion(frame, v));
-      const half = this.edge(frame, v) / 2;
-      this.position(frame, v).forEach((middle, axis) => {
-        CUBE_CORNERS.forEach(([x, y, z], c) => {
-          const reach = axes[axis][0] * x + axes[axis][1] * y + axes[axis][2] * z;
-          places[24 * v + 3 * c + axis] = middle + half * reach;
-        });
+      const [middle, half] = [this.position(frame, v), this.edge(frame, v) / 2];
+      CUBE_CORNERS.forEach(([x, y, z], c) => {
+        axes.forEach(([i, j, k], axis) => (places[24 * v + 3 * c + axis] = middle[axis] + half * (i * x + j * y + k * z)));
       });
     }
     return isSkin ? averaged(places, this.#skin.group) : places;

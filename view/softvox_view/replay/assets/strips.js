@@ -4,11 +4,11 @@ const STRIP_HEIGHT = 100;
 const MOST_CYCLES = 60; // with more, their lines would be a grey area
 
 const STRIPS = {
-  distance: { of: (body, frame) => body.gone(frame), least: [0, 0.1], word: "distance, voxel widths", digits: 2 },
-  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, of that at rest", digits: 2 },
+  distance: { of: (body, frame) => body.gone(frame), least: [0, 0.1], word: "distance, voxel widths" },
+  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, of that at rest" },
 };
 
-/** The colour of a robot's line, for a recording of so many. */
+/** The colour of a robot's line, in a recording of so many. */
 export const colourOf = (i, count) => (count > 1 ? `hsl(${(215 + (360 * i) / count) % 360} 70% 45%)` : "currentcolor");
 
 /** Curves over a recording's frames, with a cursor; a click goes to the moment. */
@@ -19,12 +19,9 @@ export class Strips {
 
   constructor(element, seek, signal) {
     this.#element = element;
-    element.innerHTML = Object.keys(STRIPS)
-      .map(
-        (name) => `<figure><figcaption></figcaption>
-      <svg class="${name}" viewBox="0 0 1000 ${STRIP_HEIGHT}" preserveAspectRatio="none" role="img"></svg></figure>`,
-      )
-      .join("");
+    const strip = (name) => `<figure><figcaption></figcaption>
+      <svg class="${name}" viewBox="0 0 1000 ${STRIP_HEIGHT}" preserveAspectRatio="none" role="img"></svg></figure>`;
+    element.innerHTML = Object.keys(STRIPS).map(strip).join("");
     const go = (event) => {
       const { left, width } = event.currentTarget.getBoundingClientRect();
       if (event.buttons & 1) seek(((event.clientX - left) / width) * (this.#frames - 1));
@@ -38,10 +35,9 @@ export class Strips {
   load({ frames, settle_time, seconds_per_frame, frequency_hz, cycles }, bodies) {
     this.#frames = frames;
     const across = (frame) => (1000 * frame) / Math.max(1, frames - 1);
-    const ends = Array.from({ length: Math.floor(Math.min(Math.max(cycles, 0), MOST_CYCLES)) + 1 }, (_, cycle) =>
-      across((settle_time + cycle / frequency_hz) / seconds_per_frame),
-    );
-    const lines = cycles > MOST_CYCLES ? "" : ends.map((x) => `M${x} 0V${STRIP_HEIGHT}`).join("");
+    const count = cycles > MOST_CYCLES ? 0 : Math.floor(Math.max(cycles, 0)) + 1;
+    const begins = Array.from({ length: count }, (_, k) => across((settle_time + k / frequency_hz) / seconds_per_frame));
+    const lines = begins.map((x) => `M${x} 0V${STRIP_HEIGHT}`).join("");
     this.#curves = Object.values(STRIPS).map(({ of }) =>
       bodies.map((body) => Array.from({ length: frames }, (_, frame) => of(body, frame))),
     );
@@ -60,15 +56,13 @@ export class Strips {
   }
 
   show(frame) {
+    const x = (1000 * frame) / Math.max(1, this.#frames - 1);
     this.#element.querySelectorAll("figure").forEach((figure, k) => {
-      const { word, digits } = Object.values(STRIPS)[k];
-      const x = (1000 * frame) / Math.max(1, this.#frames - 1);
       figure.querySelector(".cursor").setAttribute("d", `M${x} 0V${STRIP_HEIGHT}`);
-      const values = this.#curves[k].map((curve, i) => {
-        const text = curve[frame].toFixed(digits);
-        return `<b style="color: ${colourOf(i, this.#curves[k].length)}">${text}</b>`;
-      });
-      figure.querySelector("figcaption").innerHTML = `${word}: ${values.slice(0, 4).join(" ")}`;
+      const curves = this.#curves[k];
+      const value = (curve, i) => `<b style="color: ${colourOf(i, curves.length)}">${curve[frame].toFixed(2)}</b>`;
+      const values = curves.slice(0, 4).map(value).join(" ");
+      figure.querySelector("figcaption").innerHTML = `${Object.values(STRIPS)[k].word}: ${values}`;
     });
   }
 }
