@@ -166,7 +166,7 @@ pictures: $(VENV)/installed
 	$(BIN)/python tools/architecture.py
 	$(BIN)/python tools/pictures.py
 	$(BIN)/python benchmarks/bodies.py --draw
-	$(BIN)/softvox replay 6453 --width 240 --fps 14 --speed 1 --force --out docs/6453.gif
+	$(BIN)/softvox replay 6453 --fps 14 --speed 1 --force --out docs/6453.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 
 clean:

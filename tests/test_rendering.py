@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softvox_gym.rendering import Pose, fitting_distance, png, render
+from softvox_gym.rendering import GHOST, TRAIL, Pose, Stage, Walk, fitting_distance, png, render
 
 
 def pose_of(design: str, *, side: int = 2, shift: tuple[float, float, float] = (0, 0, 0)) -> Pose:
@@ -18,6 +18,7 @@ def pose_of(design: str, *, side: int = 2, shift: tuple[float, float, float] = (
         quaternion=np.tile([1.0, 0.0, 0.0, 0.0], (len(sites), 1)),
         edge=np.ones(len(sites)),
         active=np.array([design[i] == "2" for i in sites], bool),
+        site=np.reshape(corner, (-1, 3)),
     )
 
 
@@ -198,7 +199,8 @@ def test_what_is_behind_the_camera_is_not_drawn() -> None:
 def test_a_robot_that_has_fallen_apart_is_still_drawn(scale: float) -> None:
     pose = pose_of("12121212")
     scattered = changed(pose, position=pose.position * scale)
-    assert render(scattered).shape == (360, 480, 3)
+    walk = Walk(pose, np.outer([0.0, scale], [1.0, 2.0, 0.0]))
+    assert render(scattered, walk).shape == (360, 480, 3)
 
 
 @pytest.mark.parametrize(
@@ -217,6 +219,7 @@ def test_a_robot_that_has_fallen_apart_is_still_drawn(scale: float) -> None:
         ("edge", np.zeros(8)),
         ("edge", np.full(8, np.nan)),
         ("active", np.ones(7, bool)),
+        ("site", np.ones((7, 3), int)),
         ("active", np.ones(8, int)),
     ],
 )
@@ -253,6 +256,112 @@ def test_a_bad_view_is_refused_by_name(name: str, value: Any) -> None:
 
 def test_a_numpy_integer_is_a_size() -> None:
     assert render(None, width=np.int64(40), height=np.int32(30)).shape == (30, 40, 3)
+
+
+def test_boxes_and_skin_are_alike_at_rest_and_part_where_voxels_do() -> None:
+    pose = pose_of("22222222")
+    difference = np.abs(render(pose).astype(int) - render(pose, boxes=True))
+    assert (difference > 60).mean() < 2e-3
+    apart = changed(pose, position=pose.position + 0.15 * (pose.position - 1.0))
+    skin, boxes = render(apart), render(apart, boxes=True)
+    ink = [np.count_nonzero(picture.max(axis=-1) < 60) for picture in (skin, boxes)]
+    assert red(skin).sum() > red(boxes).sum() + 1_000  # which have gaps, and more edges
+    assert ink[0] < ink[1]
+
+
+def test_the_skin_joins_what_is_linked_and_nothing_else() -> None:
+    # Two voxels that meet in an edge only: each keeps its corners, as a box does.
+    apart = pose_of("10000001")
+    np.testing.assert_array_equal(render(apart) != 0, render(changed(apart, site=None)) != 0)
+    swollen = changed(pose_of("11000000"), edge=np.array([1.4, 0.6]))
+    assert (render(swollen) != render(swollen, boxes=True)).any()
+
+
+WAYS = [(4.0, 0.0), (0.0, 4.0), (-3.0, 2.0), (-0.5, -4.5)]
+
+
+def walked(way: tuple[float, float], design: str = "00021222", count: int = 9) -> Walk:
+    start = pose_of(design)
+    path = start.position.mean(axis=0) + np.outer(np.linspace(0, 1, count), [*way, 0.0])
+    return Walk(start, path)
+
+
+def arrived(walk: Walk) -> Pose:
+    return changed(walk.start, position=walk.start.position + np.append(walk.way, 0.0))
+
+
+def violet(picture: np.ndarray) -> np.ndarray:
+    return np.abs(picture - 255 * np.array(TRAIL)).max(axis=-1) < 12
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_walk_goes_to_the_right_whole_in_the_picture(way: tuple[float, float]) -> None:
+    walk = walked(way)
+    stage = Stage([walk])
+    home, away = stage.picture([walk.start], [0]), stage.picture([arrived(walk)])
+    columns = [np.flatnonzero(robot(picture).any(axis=0)) for picture in (home, away)]
+    assert columns[1].mean() - columns[0].mean() > 150
+    for picture in (home, away):
+        assert not robot(picture)[:, [0, -1]].any()
+        assert not robot(picture)[[0, -1]].any()
+    path = np.flatnonzero(violet(away).any(axis=0))
+    assert not violet(home).any()
+    assert path[-1] - path[0] > 150
+    np.testing.assert_array_equal(away, render(arrived(walk), walk))
+
+
+def test_a_ghost_stays_where_the_walk_began_and_a_ruler_lies_along_it() -> None:
+    walk = walked((4.0, 0.0))
+    stage = Stage([walk])
+    with_ghost, robot_alone = stage.picture([arrived(walk)]), stage.picture([])
+    pale = robot_alone.astype(int)
+    coloured = pale.max(axis=-1) - pale.min(axis=-1) > 20 * GHOST / 0.17
+    assert 3_000 < coloured[:, :240].sum() > 5 * coloured[:, 240:].sum()
+    assert robot(with_ghost)[:, 240:].sum() > 3_000
+    dark = robot_alone.max(axis=-1) < 90
+    ruler = dark.sum(axis=1).argmax()
+    length = np.count_nonzero(dark[ruler])
+    assert length > 200
+    longer = Stage([walked((4.0, 0.0))], width=960, height=720).picture([])
+    assert np.count_nonzero((longer.max(axis=-1) < 90).any(axis=0)) > 1.8 * length
+
+
+def test_the_distance_so_far_is_written_below() -> None:
+    walk = walked((4.0, 0.0))
+    stage = Stage([walk])
+    words = [stage.picture([], [moment])[330:, :200] for moment in (0, 4, 8)]
+    assert all((picture.max(axis=-1) < 90).sum() > 300 for picture in words)
+    assert (words[0] != words[1]).any()
+    assert (words[1][:, 60:] == words[2][:, 60:]).all()  # "voxel widths"
+
+
+def test_a_path_that_is_too_long_is_followed() -> None:
+    walk = walked((60.0, 0.0), count=61)
+    stage = Stage([walk])
+    seen = []
+    for moment in (0, 30, 60):
+        pose = changed(walk.start, position=walk.start.position + np.eye(3)[0] * moment)
+        seen.append(robot(stage.picture([pose], [moment])))
+    assert all(picture.sum() > 500 for picture in seen)
+    assert not any(picture[:, [0, -1]].any() for picture in seen)
+    middles = [np.flatnonzero(picture.any(axis=0)).mean() for picture in seen]
+    assert middles[0] < 200 < middles[1] < 280 < middles[2]
+
+
+def test_robots_side_by_side_share_a_floor() -> None:
+    walks = [walked((4.0, 0.0)), walked((-2.0, 0.0)).moved(np.array([0.0, 4.0, 0.0]))]
+    picture = Stage(walks).picture([arrived(walk) for walk in walks])
+    middles = np.flatnonzero(robot(picture).any(axis=0))
+    assert np.diff(middles).max() > 20  # the first went to the right, the other to the left
+    assert not robot(picture)[:, [0, -1]].any()
+
+
+def test_a_walk_to_nowhere_is_seen_as_a_robot_at_rest_is() -> None:
+    walk = walked((0.0, 1e-6))
+    difference = np.abs(render(walk.start, walk)[:240].astype(int) - render(walk.start)[:240])
+    assert (difference > 60).mean() < 0.01
+    empty = Walk(pose_of("00000000"), np.zeros((1, 3)))
+    np.testing.assert_array_equal(render(None, empty), render(None))
 
 
 def test_a_png_holds_the_picture():

@@ -246,6 +246,12 @@ def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
         raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
+def spaced(steps: int, count: int) -> int:
+    """Return how many steps from frame to frame give nearly so many, the last close to the end."""
+    least = max(1, steps // count)
+    return min(range(least, least + 1 + least // 4), key=lambda every: steps % every)
+
+
 def _per_voxel(
     name: str, values: ArrayLike, stack: NDArray[np.uint8], *, by_cycle: bool = False
 ) -> NDArray[np.float64]:

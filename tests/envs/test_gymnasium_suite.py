@@ -63,18 +63,25 @@ def test_every_render_mode_gives_frames_after_reset_and_after_a_step(spec):
     for mode in spec.make().metadata["render_modes"]:
         env = spec.make(render_mode=mode)
         env.reset()
-        for frame in (env.render(), env.step(env.action_space.sample()) and env.render()):
+        for shown in (env.render(), env.step(env.action_space.sample()) and env.render()):
+            frame = shown if mode == "rgb_array" else shown[-1]
             assert frame.ndim == 3
             assert frame.shape[2] == 3
             assert frame.dtype == np.uint8
         env.close()
 
 
-def test_frames_can_be_collected_in_a_list(spec):
-    env = spec.make(render_mode="rgb_array_list")
+def test_a_list_of_frames_shows_the_walk_and_each_once(spec):
+    env = spec.make(render_mode="rgb_array_list", physics={"duration": 0.5})
     env.reset()
-    env.step(env.action_space.sample())
-    assert len(env.render()) == 2
+    floor = env.render()
+    assert len(floor) == 1
+    assert env.render() == []
+    action = np.ones(env.action_space.shape, np.int64)
+    env.step(action)
+    assert len(env.render()) == 13  # 0.25 s at half speed, 25 per second
+    env.reset()
+    np.testing.assert_array_equal(env.render(), floor)
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])

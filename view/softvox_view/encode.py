@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,14 @@ CAPTION_SIZE = 0.05  # of a panel's height
 SMALLEST_CAPTION = 9  # pixels, below which it can't be read
 CAPTION_INK = (26, 31, 41)
 
+
+class Caption(NamedTuple):
+    """What is written into a panel."""
+
+    lines: Sequence[tuple[str, str]]  # each with a shorter one for where it has no room
+    signs: Sequence[tuple[float, float, str]] = ()  # beside robots: x, y, pixels, and the words
+
+
 #: By kind of film, what ffmpeg is told: codec, format of its pixels, the rest.
 KINDS = {
     # One palette for all pictures, or the colours flicker; no dithering, whose dots swell the file.
@@ -26,12 +35,10 @@ KINDS = {
 }
 
 
-def captioned(
-    picture: Picture, captions: Sequence[tuple[str, str]], panel: tuple[int, int]
-) -> Picture:
+def captioned(picture: Picture, panels: Sequence[Caption], panel: tuple[int, int]) -> Picture:
     """Write captions into the upper left corners of the panels of `softvox_view.replay.still`.
 
-    Each with a shorter one for where it has no room; a panel has a width and a height, pixels.
+    A panel has a width and a height, pixels.
     """
     from PIL import Image, ImageDraw, ImageFont
 
@@ -40,11 +47,15 @@ def captioned(
     width, height = panel
     size = max(round(CAPTION_SIZE * height), SMALLEST_CAPTION)
     font = ImageFont.load_default(size)
-    across = columns(len(captions))
-    for k, (long, short) in enumerate(captions):
-        caption = long if font.getlength(long) <= width - 2 * size else short
-        corner = (k % across * width + size, k // across * height + size * 0.7)
-        draw.text(corner, caption, fill=CAPTION_INK, font=font)
+    across = columns(len(panels))
+    for k, caption in enumerate(panels):
+        left, top = k % across * width, k // across * height
+        for line, (long, short) in enumerate(caption.lines):
+            text = long if font.getlength(long) <= width - 2 * size else short
+            corner = (left + size, top + size * (0.7 + 1.3 * line))
+            draw.text(corner, text, fill=CAPTION_INK, font=font)
+        for x, y, text in caption.signs:
+            draw.text((left + x, top + y), text, fill=CAPTION_INK, font=font, anchor="mm")
     return np.asarray(image)
 
 

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
+from softvox_gym.realities import Reality, reality
 
 #: Negative numbers that argparse takes for options.
 ODD_NEGATIVE = re.compile(r"-((\d+\.?\d*|\.\d+)(e[-+]?\d+)|\d+\.|inf|nan)", re.IGNORECASE)
@@ -125,3 +126,57 @@ def physics_of(args: argparse.Namespace) -> Physics:
         changes["shear_ratio"] = args.shear_ratio
     with bad_input():
         return Physics.of({"preset": args.physics, **changes})
+
+
+def named(physics: Physics, preset: str) -> str:
+    """Return what tells a physics from a preset, as `world_of` reads it; else the preset's name."""
+    own, usual = physics.to_dict(), Physics.preset(preset).to_dict()
+    changes = [
+        f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}".replace(" ", "")
+        for key, value in own.items()
+        if value != usual[key] and key != "duration"
+    ]
+    return ",".join(changes) or preset
+
+
+def world_of(text: str, physics: Physics) -> tuple[str, Reality]:
+    """Return the name of a world and what it is: reality=NAME, or changes to a physics.
+
+    Raises
+    ------
+    ValueError
+        For a text that is neither, or a value that is out of its bounds.
+    """
+    kinds = {spec.name: type(spec.default) for spec in SPECS} | {"shear_ratio": float}
+    changes: dict[str, Any] = {}
+    for part in text.split(","):
+        key, equals, value = (word.strip() for word in part.partition("="))
+        key = key.replace("-", "_")
+        if key == "reality" and equals and part == text:
+            return value, reality(value)
+        if key not in kinds or not equals:
+            close = difflib.get_close_matches(key, ["reality", *kinds], n=1)
+            hint = f"; did you mean {close[0]}=...?" if close else ""
+            raise ValueError(
+                f"{text!r} is neither reality=NAME nor parameters as gravity=-1.62{hint}"
+            )
+        changes[key] = _value(key, value, kinds[key])
+    if "shear_ratio" in changes:
+        own = {key: value for key, value in physics.to_dict().items() if key != "shear_strength"}
+    else:
+        own = physics.to_dict()
+    return text, Reality.of(Physics.of({**own, **changes}))
+
+
+def _value(key: str, text: str, kind: type) -> Any:
+    """Return a parameter's value as its text has it; ValueError where that is none."""
+    if kind is str:
+        return text
+    if kind is bool:
+        if text not in ("yes", "no"):
+            raise ValueError(f"{key} must be yes or no, got {text!r}")
+        return text == "yes"
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{key} must be a number, got {text!r}") from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import gymnasium as gym
 import numpy as np
@@ -22,14 +22,17 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
-from softvox_gym.rendering import Pose
-from softvox_gym.simulation import Result, sample_count
+from softvox_gym.rendering import Pose, Stage, Walk
+from softvox_gym.simulation import Result, sample_count, spaced
 from softvox_gym.tasks import Task
 
-METADATA: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}
+METADATA: dict[str, Any] = {"render_modes": ["rgb_array", "rgb_array_list"], "render_fps": 1}
 
-#: Of a perturbed run: the picture shows the last of them, at most a 64th of the run before its end.
-POSES_PER_RUN = 64
+#: Of the path in a picture; the robot is shown as the last of them has it.
+POSES_PER_RUN = 128
+
+#: Pictures of a walk per second, and the speed at which they show it; 1 is real time.
+WALK_FPS, WALK_SPEED = 25, 0.5
 
 Generators = Callable[[], Sequence[np.random.Generator]]
 
@@ -97,7 +100,8 @@ class Evaluator:
         self.from_table = from_table
         self.threads = threads
         if render_mode not in (None, *METADATA["render_modes"]):
-            raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
+            known = ", ".join(map(repr, METADATA["render_modes"]))
+            raise ValueError(f"render_mode must be None or one of {known}, got {render_mode!r}")
         is_published = self.reality.plain_physics == Physics.published()
         if from_table and not (is_published and self.lattice == LATTICE):
             raise ValueError(
@@ -114,7 +118,7 @@ class Evaluator:
 
     def run(
         self, actions: NDArray[np.int64], generators: Generators
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[str, Any], list[Pose | None]]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[str, Any], list[Filmed | None]]:
         """Try a batch of actions.
 
         Parameters
@@ -128,8 +132,8 @@ class Evaluator:
         observations : ndarray, shape (n, samples, 3)
         rewards : ndarray, shape (n,)
         infos : dict of ndarray, each of shape (n, ...)
-        poses : list of Pose or None
-            How the first trial left each design; all None where there are no pictures.
+        films : list of Filmed or None
+            How the first trial of each design went; all None where there are no pictures.
 
         Raises
         ------
@@ -168,19 +172,41 @@ class Evaluator:
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
             evaluation.value,
             _infos(evaluation, rows, is_repeated=actions.trials is not None),
-            _poses(simulated.result, len(rows), self.physics.edge)
-            if self.render_mode
-            else [None] * len(rows),
+            _filmed(simulated.result, len(rows), self) if self.render_mode else [None] * len(rows),
         )
 
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What the environments tell of themselves; a copy."""
+        is_film = self.render_mode == "rgb_array_list"
+        return {**METADATA, "render_fps": WALK_FPS if is_film else METADATA["render_fps"]}
+
     def _frames(self, actions: Action) -> int:
-        """Return the steps between frames from which the last pose is taken."""
+        """Return the steps between frames of a run."""
         if self.render_mode is None:
             return 0
         physics = self.reality.of_parts(self.physics)
-        last = step_count(float(physics.time_step), float(physics.duration))
-        # Perturbed runs may end earlier than the nominal last step.
-        return -(-last // POSES_PER_RUN) if actions.perturbations else last
+        step, duration = float(physics.time_step), float(physics.duration)
+        if self.render_mode == "rgb_array_list":
+            return max(1, round(WALK_SPEED / WALK_FPS / step))
+        # Perturbations may end a run earlier.
+        return spaced(step_count(step, duration), POSES_PER_RUN)
+
+
+class Filmed(NamedTuple):
+    """How a robot walked from when the pump began."""
+
+    walk: Walk
+    poses: list[Pose]  # of every moment; for single pictures the first and the last
+
+    def pictures(self) -> list[NDArray[np.uint8]]:
+        """Draw every moment."""
+        stage = Stage([self.walk])
+        return [stage.picture([pose], [k]) for k, pose in enumerate(self.poses)]
+
+    def last(self) -> NDArray[np.uint8]:
+        """Draw the last moment."""
+        return Stage([self.walk]).picture(self.poses[-1:])
 
 
 def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool) -> dict[str, Any]:
@@ -203,27 +229,34 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
     return infos
 
 
-def _poses(result: Result | None, n: int, edge: float) -> list[Pose | None]:
-    """Return how the first trial of each of n designs left it, in lengths of an edge (m).
+def _filmed(result: Result | None, n: int, evaluator: Evaluator) -> list[Filmed | None]:
+    """Return how the first trial of each of n designs went, in lengths of a voxel.
 
-    The result must hold a frame of the last step of every run, or of a step shortly before where
-    runs differ in length. A design that diverged is shown as built.
+    A design that diverged is shown as built, and one without voxels not at all.
     """
     if result is None or not n:
         return []
+    physics, is_film = evaluator.physics, evaluator.render_mode == "rgb_array_list"
+    firsts = range(0, len(result), len(result) // n)
+    return [_walked(result, i, physics, is_film=is_film) for i in firsts]
+
+
+def _walked(result: Result, i: int, physics: Physics, *, is_film: bool) -> Filmed | None:
     assert result.frames is not None
-    frames = result.frames
-    poses: list[Pose | None] = []
-    for i in range(0, len(result), len(result) // n):
-        present = result.designs[i] > 0
-        seen = ~np.isnan(frames.position[i][:, present]).any(axis=(1, 2))
-        k = 0 if result.diverged[i] else int(np.flatnonzero(seen)[-1])
-        poses.append(
-            Pose(
-                position=frames.position[i, k][present] / edge,
-                quaternion=frames.quaternion[i, k][present],
-                edge=frames.edge[i, k][present] / edge,
-                active=result.designs[i][present] == ACTIVE,
-            )
-        )
-    return poses
+    frames, present = result.frames, result.designs[i] > 0
+    if not present.any():
+        return None
+    position, quaternion, edge = (
+        values[i][:, present] for values in (frames.position, frames.quaternion, frames.edge)
+    )
+    shown = np.flatnonzero(
+        np.isfinite(position).all((1, 2)) & (frames.time[i] >= physics.settle_time)
+    )
+    if result.diverged[i] or not len(shown):
+        shown = np.zeros(1, int)
+    active, site = result.designs[i][present] == ACTIVE, np.argwhere(present)
+    poses = [
+        Pose(position[k] / physics.edge, quaternion[k], edge[k] / physics.edge, active, site)
+        for k in (shown if is_film else shown[[0, -1]])
+    ]
+    return Filmed(Walk(poses[0], position[shown].mean(axis=1) / physics.edge), poses)

@@ -9,9 +9,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
+from softvox_gym.envs.evaluator import METADATA, Action, Evaluator, Filmed
 from softvox_gym.realities import PhysicsLike, Reality
-from softvox_gym.rendering import Pose, render
+from softvox_gym.rendering import render
 from softvox_gym.tasks import Task
 
 Observation = NDArray[np.float64]
@@ -86,8 +86,11 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         What is rewarded: the displacement in whatever direction, or along the heading.
     heading : float, optional
         Of the directed task, degrees from x towards y.
-    render_mode : {"rgb_array"}, optional
-        A picture of the robot as the last step left it; an empty floor after reset.
+    render_mode : {"rgb_array", "rgb_array_list"}, optional
+        A picture of the robot as the last step left it, beside where it started, with its path and
+        a ruler; an empty floor after reset. Or the pictures since the last call of `render`, which
+        of a step show the whole walk, 25 per second at half its speed;
+        `softvox_gym.wrappers.RecordWalk` makes films of them.
     from_table : bool
         Whether to answer from the table of the 2x2x2 lattice under "published" that ships with the
         package: the same bits, only faster; pictures are simulated. Wrappers that disturb the
@@ -137,41 +140,58 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
             heading=heading,
             from_table=from_table,
         )
-        self.metadata = dict(METADATA)  # SyncVectorEnv writes into it before Gymnasium 1.3
+        self.metadata = evaluator.metadata  # SyncVectorEnv writes into it before Gymnasium 1.3
         self.physics = evaluator.physics
         self.render_mode = render_mode
         self.action_space = evaluator.action_space
         self.observation_space = evaluator.observation_space
-        self._pose: Pose | None = None
+        self._seen: list[Filmed | None] = []  # since the last pictures; None for the empty floor
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode: zeros, and an empty info."""
         super().reset(seed=seed)
-        self._pose = None
+        self._seen = [None]
         return np.zeros(self.observation_space.shape or ()), {}
 
     def step(
         self, action: NDArray[np.int64]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Simulate the design; see the class for what is returned."""
-        observations, rewards, infos, poses = self.evaluator.run(
+        observations, rewards, infos, films = self.evaluator.run(
             Action.of(action)[np.newaxis], lambda: [self.np_random]
         )
-        self._pose = poses[0]
+        self._seen.append(films[0])
         info = {key: plain(column[0]) for key, column in infos.items()}
         return observations[0], float(rewards[0]), True, False, info
 
-    def render(self) -> NDArray[np.uint8] | None:
-        """Return the picture, uint8 of shape (height, width, 3); None without a render mode."""
+    def render(self) -> Any:
+        """Return the picture, uint8 of shape (height, width, 3), or the list of them.
+
+        None without a render mode.
+        """
         if self.render_mode is None:
             gym.logger.warn(
                 "render() was called without a render mode; "
                 'give one when the env is made: gym.make(..., render_mode="rgb_array")'
             )
             return None
-        return render(self._pose)
+        if self.render_mode == "rgb_array":
+            return pictured(self._seen[-1] if self._seen else None)
+        pictures = [picture for film in self._seen for picture in moving(film)]
+        self._seen = []
+        return pictures
+
+
+def pictured(film: Filmed | None) -> NDArray[np.uint8]:
+    """Return the last moment of a run; the empty floor where there is none."""
+    return render(None) if film is None else film.last()
+
+
+def moving(film: Filmed | None) -> list[NDArray[np.uint8]]:
+    """Return every moment of a run; the empty floor where there is none."""
+    return [render(None)] if film is None else film.pictures()
 
 
 def plain(value: Any) -> Any:

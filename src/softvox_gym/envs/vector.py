@@ -12,9 +12,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.envs.evaluator import METADATA, Action, Evaluator
+from softvox_gym.envs.evaluator import Action, Evaluator, Filmed
+from softvox_gym.envs.single import moving, pictured
 from softvox_gym.realities import PhysicsLike, Reality
-from softvox_gym.rendering import render
 from softvox_gym.simulation import check_count
 from softvox_gym.tasks import Task
 
@@ -90,7 +90,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         self.physics = evaluator.physics
         self.render_mode = render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {**evaluator.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_action_space = evaluator.action_space
         self.single_observation_space = evaluator.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -98,7 +98,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
 
         self._generators: list[np.random.Generator | None] = [None] * num_envs
         self._observations = np.zeros(self.observation_space.shape or ())
-        self._poses = np.full(num_envs, None, dtype=object)
+        self._seen: list[list[Filmed | None]] = [[] for _ in range(num_envs)]  # as of SoftVoxEnv
         self._has_reset = np.zeros(num_envs, dtype=np.bool_)
         self._is_over = np.zeros(num_envs, dtype=np.bool_)
 
@@ -185,12 +185,16 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         return self._observations.copy(), rewards, steps, truncations, infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every environment's picture; None without a render mode."""
+        """Return every environment's picture, or list of them; None without a render mode."""
         if not self._has_reset.all():
             raise ResetNeeded("cannot call render() before reset()")
         if self.render_mode is None:
             return None
-        return tuple(render(pose) for pose in self._poses)
+        if self.render_mode == "rgb_array":
+            return tuple(pictured(seen[-1]) for seen in self._seen)
+        pictures = tuple([p for film in seen for p in moving(film)] for seen in self._seen)
+        self._seen = [[] for _ in self._seen]
+        return pictures
 
     def _simulate(
         self, steps: NDArray[np.bool_], actions: Action
@@ -199,11 +203,12 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         which, rewards = np.flatnonzero(steps), np.zeros(self.num_envs)
         if len(which) == 0:
             return rewards, {}
-        observations, rewards[which], told, poses = self.evaluator.run(
+        observations, rewards[which], told, films = self.evaluator.run(
             actions[which], lambda: [self._generator(int(i)) for i in which]
         )
         self._observations[which] = observations
-        self._poses[which] = poses
+        for i, film in zip(which, films, strict=True):
+            self._seen[i].append(film)
         infos: dict[str, Any] = batched(told, which, self.num_envs)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             final = np.full(self.num_envs, None, dtype=object)
@@ -217,7 +222,8 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         """Bring environments to the state after a reset."""
         self._observations[which] = 0
         self._is_over[which] = False
-        self._poses[which] = None
+        for i in np.flatnonzero(which):
+            self._seen[i] = [None]
 
     def _reset_mask(self, options: dict[str, Any]) -> NDArray[np.bool_]:
         """Return which environments to reset."""

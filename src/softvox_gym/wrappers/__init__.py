@@ -12,6 +12,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
+from gymnasium.wrappers import RecordVideo
 from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import Action
@@ -25,10 +26,40 @@ from softvox_gym.wrappers.steps import (
     silent,
 )
 
-__all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy", "silent"]
+__all__ = ["FitnessNoise", "JakobiNoise", "RecordWalk", "Resample", "is_noisy", "silent"]
 
 Env = gym.Env[Observation, NDArray[np.int64]]
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
+
+
+class RecordWalk(RecordVideo):
+    """Gymnasium's `RecordVideo`, whose options it takes, for ``render_mode="rgb_array_list"``.
+
+    It films every picture that an environment renders after a step, not the last of them alone: of
+    a robot the whole walk. Needs moviepy.
+
+    Raises
+    ------
+    ValueError
+        For another render mode.
+
+    Examples
+    --------
+    >>> env = gym.make("SoftVox2x2x2-v0", render_mode="rgb_array_list")  # doctest: +SKIP
+    >>> env = RecordWalk(env, "films", episode_trigger=lambda episode: True)  # doctest: +SKIP
+    """
+
+    def __init__(self, env: Env, video_folder: str, **options: Any) -> None:
+        if env.render_mode != "rgb_array_list":
+            raise ValueError(
+                "RecordWalk films an environment made with render_mode='rgb_array_list', got "
+                f"{env.render_mode!r}"
+            )
+        super().__init__(env, video_folder, **options)
+
+    def _capture_frame(self) -> None:
+        pictures: Any = self.env.render()
+        self.recorded_frames += pictures
 
 
 class _Wrapper(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -13,19 +14,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of, whole_number
+from softvox_gym.cli.parser import (
+    add_physics,
+    add_threads,
+    named,
+    number,
+    physics_of,
+    whole_number,
+    world_of,
+)
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design
+from softvox_gym.engine import step_count
 from softvox_gym.files import check_file, write_file
+from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
+from softvox_gym.realities import Reality
 from softvox_gym.rendering import png
-from softvox_gym.simulation import Result, simulate
+from softvox_gym.simulation import Result, simulate, spaced
 from softvox_view import encode, replay
-from softvox_view.replay.data import bytes_per_frame, frames_of, labels
+from softvox_view.replay.data import bytes_per_frame, frames_at, frames_of, labels
+from softvox_view.replay.still import Panels, panel_for
 
 DESCRIPTION = """\
 Show designs in motion, side by side. What FILE ends in says how:
@@ -35,22 +49,31 @@ Show designs in motion, side by side. What FILE ends in says how:
   .gif   a film that repeats (needs Pillow and imageio-ffmpeg)
   .mp4   a film (needs the same)
   .png   a picture of the last moment (needs Pillow)
+  .glb   the voxels and their movement for any 3-D program (glTF)
 
-Beside each robot stand its number, digits and fitness, the distance that its
-centre of mass travels in this run, in voxel widths.
+Robots are seen from the side and go to the right. Each has its number, digits
+and fitness, the distance that its centre of mass travels in this run, in voxel
+widths; a ghost where it started, its path, and a ruler.
 """
 
-USAGE = "softvox replay DESIGN [DESIGN ...] [--out FILE] [--cycles N] [--fps N] [options]"
+USAGE = """\
+softvox replay DESIGN [DESIGN ...] [--out FILE] [--versus WORLD] [options]
+       softvox replay --top N [--out FILE] [options]"""
 
 #: The modules that the kinds of output need beyond softvox-gym's own.
 FILM = ("PIL", "imageio_ffmpeg")
-NEEDS = {".html": (), ".gif": FILM, ".mp4": FILM, ".png": ("PIL",)}
+NEEDS = {".html": (), ".gif": FILM, ".mp4": FILM, ".png": ("PIL",), ".glb": ()}
+RECORDED = (".html", ".glb")
 
 MOST_DESIGNS = 16
+MOST_WORLDS = 4
+MOST_OF_TOP = 200
+LAP = 12  # frames per cycle of a page of the top
 PER_CYCLE = 24  # frames of a page, where they fit
 FEWEST_PER_CYCLE = 6  # with fewer the pumping can't be seen
 MOST_BYTES = 400_000  # of a page's recording, so that the page stays well under a megabyte
 MOST_PICTURES = 6000  # of a film
+MOST_FRAMES = 20_000  # from which they are taken, but for pictures that are closer
 MOST_GIF_BYTES = 2**30  # of its pictures, which ffmpeg has all in memory at once
 FPS = 25.0  # of a film
 FASTEST_GIF = 50.0  # browsers slow faster ones down
@@ -78,7 +101,27 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage=USAGE,
     )
-    parser.add_argument("designs", metavar="DESIGN", nargs="+", help="a number or digits")
+    parser.add_argument("designs", metavar="DESIGN", nargs="*", help="a number or digits")
+    parser.add_argument(
+        "--top",
+        type=within(1, MOST_OF_TOP, whole_number),
+        metavar="N",
+        help="instead of designs, the fittest N, each the best of those that look the same when "
+        "turned or mirrored: one page on which each repeats its last cycle",
+    )
+    parser.add_argument(
+        "--versus",
+        action="append",
+        default=[],
+        metavar="WORLD",
+        help="show each design in this world too, in one scene: reality=NAME (softvox reality "
+        "names them), or parameters as gravity=-1.62,strain=0.1; may be given several times",
+    )
+    parser.add_argument(
+        "--boxes",
+        action="store_true",
+        help="draw each voxel as the cube that it is in the model; else neighbours share corners",
+    )
     parser.add_argument(
         "--shape",
         type=whole_number,
@@ -125,35 +168,114 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write."""
+    if bool(args.designs) == bool(args.top):
+        raise BadInputError("give a DESIGN or several, or --top N; and not both")
     if len(args.designs) > MOST_DESIGNS:
         raise BadInputError(
             f"{len(args.designs)} designs were given, and at most {MOST_DESIGNS} are shown side by "
             "side; give fewer"
         )
-    designs = [design_of(text, tuple(args.shape)) for text in args.designs]
+    shape = tuple(args.shape)
+    designs = [design_of(text, shape) for text in args.designs]
     physics = _physics(args)
+    worlds = _worlds(args, physics)
     names = [str(d.index) if d.lattice == Lattice() else d.digits for d in designs]
+    names = names or [f"top-{args.top}"]
     args.out = args.out or Path(f"replay-{'-'.join(names)[:LONGEST_NAME].rstrip('-')}.html")
     args.kind = args.out.suffix.lower()
     _check(args)
     with bad_input("--out"):
         check_file(args.out, force=args.force)
-    every = _every(args, physics, designs)
-    with bad_input():
-        result = simulate(designs, physics, frames=every, threads=args.threads)
-    if args.kind == ".html":
-        recording = replay.recording(result)
-        content = replay.page(recording, replay.still(result), speed=args.speed).encode()
-    elif args.kind == ".png":
-        content = png(_drawn(args, result, len(frames_of(result).step) - 1))
+    if args.top:
+        content, shown = _gallery(args, physics)
     else:
-        content = _film(args, result)
+        every = _every(args, list(worlds.values()), designs)
+        with bad_input():
+            results = {
+                name: _seen(world.simulate(designs, frames=steps, threads=args.threads), world)
+                for (name, world), steps in zip(worlds.items(), every, strict=True)
+            }
+        content = _made(args, results)
+        shown = ", ".join(label for i in range(len(designs)) for label, _ in _labels(results, i))
     with bad_input("--out"):
         write_file(args.out, content, force=args.force)
     size = f"{len(content) / 1e6:.1f} MB" if len(content) >= 1e6 else f"{len(content) / 1e3:.0f} kB"
-    shown = ", ".join(labels(result, i)[0] for i in range(len(result)))
     print(f"wrote {args.out}: {size}, {shown}")
     return 0
+
+
+def _labels(results: Mapping[str, Result], i: int) -> list[tuple[str, str]]:
+    """Return what stands beside a design's robots, one for each world."""
+    first, *others = results.values()
+    named = [(name if others else "", result) for name, result in results.items()]
+    return [labels(result, i, world=name, design=first.design(i)) for name, result in named]
+
+
+def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
+    """Return the worlds to show designs in, by name: that of the options, then each --versus."""
+    if args.top and args.versus:
+        raise BadInputError("--versus shows designs that are given, and --top has none")
+    if len(args.versus) >= MOST_WORLDS:
+        raise BadInputError(f"at most {MOST_WORLDS - 1} worlds are shown --versus the first")
+    worlds = {named(physics, args.physics): Reality.of(physics)}
+    for text in args.versus:
+        with bad_input("--versus"):
+            name, world = world_of(text, physics)
+        if name in worlds:
+            raise BadInputError(f"--versus {text}: that world is shown already; give another")
+        if args.cycles is not None:
+            world = replace(world, physics=world.physics.lasting(args.cycles))
+        worlds[name] = world
+    return worlds
+
+
+def _seen(result: Result, world: Reality) -> Result:
+    """Return a result whose frames are in lengths of a voxel, not of the parts it is made of."""
+    if world.resolution == 1 or result.frames is None:
+        return result
+    position, edge = (
+        values / world.resolution for values in (result.frames.position, result.frames.edge)
+    )
+    return replace(result, frames=replace(result.frames, position=position, edge=edge))
+
+
+def _made(args: Namespace, results: Mapping[str, Result]) -> bytes:
+    """Return the content of the file."""
+    first, *others = results.values()
+    if args.kind == ".glb":
+        return replay.glb(replay.versus(results) if others else replay.recording(first))
+    scenes = [[(result, i) for result in results.values()] for i in range(len(first))]
+    panel = panel_for(len(scenes)) if args.kind == ".html" else args.panel
+    panels = Panels(scenes, panel=panel, boxes=args.boxes)
+    if args.kind == ".html":
+        recording = replay.versus(results) if others else replay.recording(first)
+        last = panels.picture(lambda result: len(frames_of(result).step) - 1)
+        return replay.page(recording, last, speed=args.speed, boxes=args.boxes).encode()
+    if args.kind == ".png":
+        return png(_drawn(args, panels, results, math.inf))
+    return _film(args, panels, results)
+
+
+def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
+    """Return a page with the fittest of every symmetry class, and what it shows."""
+    fitness = np.nan_to_num(landscape(physics)["fitness"], nan=-1.0)
+    classes = symmetry_classes()
+    order = np.argsort(-fitness, kind="stable")
+    _, first = np.unique(classes[order], return_index=True)
+    designs = order[np.sort(first)[: args.top]]
+    alike = np.bincount(classes)[classes[designs]]
+    every = max(1, round(1 / (LAP * float(physics.frequency_hz) * float(physics.time_step))))
+    result = simulate(designs, physics, frames=every, threads=args.threads)
+    recording = replay.lap(result)
+    for rank, robot in enumerate(recording["robots"]):
+        robot["short_label"] = f"{rank + 1} · {robot['short_label']}"
+        robot["alike"] = int(alike[rank])
+    title = f"The fittest {len(designs)} robots, one of each symmetry class"
+    few = range(min(len(designs), 12))
+    page = replay.page(
+        recording, replay.still(result, *few), title=title, speed=args.speed, gallery=True
+    )
+    return page.encode(), f"{len(designs)} robots, {fitness[designs[0]]:.2f} and less"
 
 
 def _physics(args: Namespace) -> Physics:
@@ -173,26 +295,39 @@ def _check(args: Namespace) -> None:
         raise BadInputError(
             f"--out must end in {', '.join(NEEDS)}, which says what to make; got {str(args.out)!r}"
         )
+    if args.top and args.kind != ".html":
+        raise BadInputError(f"--top makes a page; --out must end in .html, not {args.kind}")
+    if args.top and (args.fps or args.boxes):
+        raise BadInputError(f"--fps and --boxes are not for --top; the page shows {LAP} a cycle")
     if args.kind == ".png" and args.fps is not None:
         raise BadInputError("--fps is for films and pages; a .png shows one moment")
-    if args.kind == ".html" and args.width is not None:
+    if args.kind in RECORDED and args.width is not None:
         raise BadInputError("--width is for films and .png; a page is as wide as its window")
+    if args.kind == ".glb" and args.boxes:
+        raise BadInputError("--boxes is for pictures; a .glb holds boxes always")
     if absent := [module for module in NEEDS[args.kind] if find_spec(module) is None]:
         error = ModuleNotFoundError(name=absent[0])
         raise BadInputError(missing(f"a {args.kind}", error, absent) + ", or make a .html")
     width = (args.width or WIDTH) // 2 * 2
     args.panel = width, round(width * 3 / 8) * 2  # even, as films must be
-    if args.kind != ".html":
+    if args.kind not in RECORDED:
         args.fps = min(args.fps or FPS, FASTEST_GIF if args.kind == ".gif" else math.inf)
 
 
-def _every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
-    """Return the steps from frame to frame, and make sure that what is asked for has room."""
-    seconds, frequency = float(physics.duration), float(physics.frequency_hz)
-    if args.kind == ".png":  # from the first to the last
-        return max(1, int(seconds / float(physics.time_step)) - 1)
-    if args.kind == ".html":
-        size = bytes_per_frame(designs)
+def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) -> list[int]:
+    """Return the steps from frame to frame, and make sure that what is asked for has room.
+
+    Of each world; those of different time steps get frames that are equally far apart, nearly.
+    """
+    physics = [world.of_parts(world.physics) for world in worlds]
+    steps = [float(one.time_step) for one in physics]
+    seconds = max(float(one.duration) for one in physics)
+    frequency = max(float(one.frequency_hz) for one in physics)
+    if args.kind == ".png":
+        runs = [step_count(float(one.time_step), float(one.duration)) for one in physics]
+        return [spaced(steps, math.ceil(PER_CYCLE * frequency * seconds)) for steps in runs]
+    if args.kind in RECORDED:
+        size = sum(world.resolution**3 * bytes_per_frame(designs) for world in worlds)
         most = MOST_BYTES / size / seconds  # frames per second
         needed = args.fps or FEWEST_PER_CYCLE * frequency
         if needed > most:
@@ -202,8 +337,9 @@ def _every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
                 "(--cycles) or a lower --fps"
             )
         fps = args.fps or min(PER_CYCLE * frequency, most)
-        return max(1, round(1 / fps / float(physics.time_step)))
-    pictures = (seconds - physics.settle_time) / args.speed * args.fps
+        return [max(1, round(1 / fps / step)) for step in steps]
+    pumped = max(float(one.duration) - one.settle_time for one in physics)
+    pictures = pumped / args.speed * args.fps
     if pictures > MOST_PICTURES:
         raise BadInputError(
             f"the film would have {pictures:.0f} pictures, and at most {MOST_PICTURES} are made; "
@@ -216,27 +352,28 @@ def _every(args: Namespace, physics: Physics, designs: list[Design]) -> int:
             f"{MOST_GIF_BYTES / 2**30:g} GiB are used; give a lower --width, less time (--cycles), "
             "a lower --fps, or make an .mp4"
         )
-    return max(1, int(args.speed / args.fps / float(physics.time_step)))
+    # A picture's moment, and the one when the pump begins, are met more nearly than it moves.
+    fine = max(1 / (4 * PER_CYCLE * frequency), seconds / MOST_FRAMES)
+    return [max(1, int(min(args.speed / args.fps, fine) / step)) for step in steps]
 
 
-def _film(args: Namespace, result: Result) -> bytes:
+def _film(args: Namespace, panels: Panels, results: Mapping[str, Result]) -> bytes:
     """Return a film from the start of actuation, each picture the frame nearest to its moment.
 
     A picture need not last a whole number of time steps; where the film is slower than the
     simulation, a frame is taken twice.
     """
-    time, begin = frames_of(result).time[0], result.physics.settle_time
     seconds = args.speed / args.fps
-    count = int((float(result.physics.duration) - begin) / seconds) + 1
-    moments = begin + seconds * np.arange(count)
-    shown = np.searchsorted((time[1:] + time[:-1]) / 2, moments).tolist()
+    all_of_them = results.values()
+    pumped = max(float(r.physics.duration) - r.physics.settle_time for r in all_of_them)
+    moments = seconds * np.arange(int(pumped / seconds) + 1)
 
     def pictures() -> Iterator[NDArray[np.uint8]]:
-        for k, frame in enumerate(shown):
-            yield _drawn(args, result, frame)
-            progress(k + 1, count)
+        for k, moment in enumerate(moments.tolist()):
+            yield _drawn(args, panels, results, moment)
+            progress(k + 1, len(moments))
 
-    height, width, _ = _drawn(args, result, 0).shape
+    height, width, _ = _drawn(args, panels, results, 0.0).shape
     with Progress(sys.stderr, unit="pictures") as progress:
         try:
             return encode.film(args.kind, pictures(), (width, height), args.fps)
@@ -244,8 +381,14 @@ def _film(args: Namespace, result: Result) -> bytes:
             raise BadInputError(f"the film can't be encoded: {error}; try a .html") from error
 
 
-def _drawn(args: Namespace, result: Result, frame: int) -> NDArray[np.uint8]:
-    """Return the picture of a frame, with captions."""
-    captions = [labels(result, i) for i in range(len(result))]
-    picture = replay.still(result, frame=frame, panel=args.panel)
+def _drawn(
+    args: Namespace, panels: Panels, results: Mapping[str, Result], moment: float
+) -> NDArray[np.uint8]:
+    """Return the picture of a moment, s from when the pump begins, with captions."""
+    picture = panels.picture(lambda result: int(frames_at(result, np.array([moment]))[0]))
+    captions = []
+    for i, stage in enumerate(panels.stages):
+        signs = [(*stage.sign(k), name) for k, name in enumerate(results)]
+        lines = _labels(results, i)
+        captions.append(encode.Caption(lines, signs if len(results) > 1 else []))
     return encode.captioned(picture, captions, args.panel)

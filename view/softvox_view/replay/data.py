@@ -7,7 +7,8 @@ gone, in steps of less than 1e-4 voxel widths for a robot on 3x3x3 sites, which 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,13 @@ from numpy.typing import NDArray
 from softvox_gym import rendering
 from softvox_gym.design import ABSENT, ACTIVE, Design
 from softvox_gym.lattice import Lattice
-from softvox_gym.rendering import Pose, fitting_distance
+from softvox_gym.rendering import Pose, Walk, fitting_distance, lanes
 from softvox_gym.simulation import Frames, Result
 
 FORMAT, VERSION = "softvox-replay", 2
 
 #: The count that stands for 1.
 STEPS = 2**15 - 1
-
-#: Colour of the path that the centre of mass has taken: neither cyan nor red, and dark.
-TRAIL = (0.36, 0.20, 0.52)
 
 #: Digits that a label shows of a design's; beyond them the lattice says enough.
 MOST_DIGITS = 27
@@ -53,7 +51,9 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
         ``edge`` (frames, voxels), base64 of little-endian signed 16-bit counts of which 32767 are
         1, of ``scale`` in positions and edges. ``centre`` (frames, 3) is the centre of mass, base64
         of little-endian 32-bit floats. Where a run ends or diverges before the others, its last
-        pose stays; ``last`` is that frame.
+        pose stays; ``last`` is that frame. ``shape`` is the lattice, to which ``digits`` belong.
+        Robots of `versus` have ``world``, its name, ``panel``, which some share, and ``shift`` (x,
+        y), by which to draw them aside; one with ``loops`` ends as it begins, but for its place.
 
     Raises
     ------
@@ -61,7 +61,6 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
         Where the result has no frames, the designs do not share one clock, or a place or the
         stride is out of range.
     """
-    frames = frames_of(result)
     places = checked_places(result, designs)
     if stride < 1:
         raise ValueError(f"stride must be at least 1, got {stride}")
@@ -72,22 +71,90 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
             f"the designs of one recording must share time step and frequency, got {given}; "
             "record them one by one"
         )
-    time_step, frequency = next(iter(clocks), (1.0, 1.0))
-    count = len(frames.step[::stride])
-    every = int(frames.step[1]) * stride if len(frames.step) > 1 else 1
-    physics = result.physics
-    seconds = (count - 1) * every * time_step
+    kept = np.arange(0, len(frames_of(result).step), stride)
+    return {**_clock(result, places, kept), "robots": [_robot(result, i, kept) for i in places]}
+
+
+def versus(worlds: Mapping[str, Result], *designs: int) -> dict[str, Any]:
+    """Return the recording of designs in several worlds, each design's robots in one scene.
+
+    Parameters
+    ----------
+    worlds : dict of Result
+        By name, each of the same designs and with frames. The first gives the clock: of the others,
+        those frames are taken that are nearest, counted from when the pump begins.
+    *designs : int
+        As of `recording`.
+
+    Raises
+    ------
+    ValueError
+        As `recording` does, or where there is no world.
+    """
+    if not worlds:
+        raise ValueError("versus needs a world or more")
+    first, *_ = worlds.values()
+    places = checked_places(first, designs)
+    moments = shared_moments(list(worlds.values()), np.ptp(frames_of(first).time[0, :2]))
+    robots = []
+    for panel, i in enumerate(places):
+        shifts = lanes([walk(result, i) for result in worlds.values()])
+        for (name, result), shift in zip(worlds.items(), shifts, strict=True):
+            label, short = labels(result, i, world=name, design=first.design(i))
+            own = {"label": label, "short_label": short, "world": name}
+            shared = {"panel": panel, "shift": shift[:2].tolist()}
+            robots.append({**_robot(result, i, frames_at(result, moments)), **own, **shared})
+    clock = _clock(first, places, np.arange(len(moments)))
+    return {**clock, "settle_time": float(-moments[0]), "robots": robots}
+
+
+def lap(result: Result) -> dict[str, Any]:
+    """Return the recording of the last cycle of each design of a batch, to be shown over and over.
+
+    Raises
+    ------
+    ValueError
+        As `recording` does, or where the frames are no whole number per cycle.
+    """
+    every = result.physics.frequency_hz * np.ptp(frames_of(result).time[0, :2])
+    count = round(1 / float(np.max(every)))
+    kept = np.arange(len(frames_of(result).step))[-1 - count :]
+    robots = [{**_robot(result, i, kept), "loops": True} for i in range(len(result))]
+    return {**_clock(result, [0], np.arange(len(kept))), "settle_time": 0.0, "robots": robots}
+
+
+def shared_moments(results: Iterable[Result], step: float) -> NDArray[np.float64]:
+    """Return moments, s from when the pump begins, so far apart, to the end of the longest run."""
+    settled = -max(result.physics.settle_time for result in results)
+    end = max(frames_of(r).time.max() - r.physics.settle_time for r in results)
+    return np.arange(round(settled / step), math.floor(end / step + 1e-6) + 1) * step
+
+
+def frames_at(result: Result, moments: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the frames of a result nearest to moments, s from when the pump begins."""
+    time = frames_of(result).time[0]
+    frames: NDArray[np.int64] = np.searchsorted(
+        (time[1:] + time[:-1]) / 2, moments + result.physics.settle_time
+    )
+    return frames
+
+
+def _clock(result: Result, places: list[int], kept: NDArray[np.int64]) -> dict[str, Any]:
+    """Return what a recording tells besides its robots; its frames are so many steps apart."""
+    time_step, frequency = clock_of(result, places[0]) if places else (1.0, 1.0)
+    step = frames_of(result).step
+    every = int(step[1]) * int(kept[1] - kept[0]) if len(kept) > 1 else 1
+    seconds = (len(kept) - 1) * every * time_step
     return {
         "format": FORMAT,
         "version": VERSION,
-        "frames": count,
+        "frames": len(kept),
         "seconds_per_frame": every * time_step,
-        "settle_time": physics.settle_time,
+        "settle_time": result.physics.settle_time,
         "frequency_hz": frequency,
-        "cycles": (seconds - physics.settle_time) * frequency,
-        "physics": physics.to_dict(),
+        "cycles": (seconds - result.physics.settle_time) * frequency,
+        "physics": result.physics.to_dict(),
         "style": looks(),
-        "robots": [_robot(result, i, count, stride) for i in places],
     }
 
 
@@ -98,7 +165,7 @@ def looks() -> dict[str, Any]:
         for name, value in vars(rendering).items()
         if name.isupper() and isinstance(value, float | tuple)
     }
-    return {**constants, "light": rendering.LIGHT.tolist(), "trail": TRAIL}
+    return {**constants, "light": rendering.LIGHT.tolist()}
 
 
 def frames_of(result: Result) -> Frames:
@@ -131,8 +198,24 @@ def pose(result: Result, i: int, frame: int) -> Pose:
     checked_places(result, (i,))
     if frame < 0:
         raise ValueError(f"frame must be at least 0, got {frame}")
-    position, quaternion, edge = _movement(result, i, frame + 1)
-    return Pose(position[-1], quaternion[-1], edge[-1], rest_pose(result.designs[i]).active)
+    position, quaternion, edge = movement(result, i, frame + 1)
+    built = rest_pose(result.designs[i])
+    return Pose(position[-1], quaternion[-1], edge[-1], built.active, built.site)
+
+
+def walk(result: Result, i: int) -> Walk:
+    """Return where one design of a batch stood when the pump began, and its path from then."""
+    position = movement(result, i)[0]
+    begin = min(settled(result), len(position) - 1)
+    path = position[begin:].mean(axis=1) if position.size else np.zeros((1, 3))
+    return Walk(pose(result, i, begin), path)
+
+
+def settled(result: Result) -> int:
+    """Return the frame with which the pump begins."""
+    frames = frames_of(result)
+    step = float(np.ptp(frames.time[0, :2])) or 1.0
+    return min(round(result.physics.settle_time / step), len(frames.step) - 1)
 
 
 def rest_pose(digits: NDArray[np.uint8]) -> Pose:
@@ -142,7 +225,7 @@ def rest_pose(digits: NDArray[np.uint8]) -> Pose:
     """
     site = np.argwhere(digits.T != ABSENT)[:, ::-1]
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(site), 1))
-    return Pose(site + 0.5, upright, np.ones(len(site)), digits[tuple(site.T)] == ACTIVE)
+    return Pose(site + 0.5, upright, np.ones(len(site)), digits[tuple(site.T)] == ACTIVE, site)
 
 
 def bytes_per_frame(designs: Iterable[Design]) -> int:
@@ -163,16 +246,23 @@ def name_of(design: Design) -> str:
     return f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
 
 
-def labels(result: Result, i: int) -> tuple[str, str]:
-    """Return what stands beside a robot, name, fitness and cycles; less where there is no room."""
-    design = result.design(i)
+def labels(
+    result: Result, i: int, *, world: str = "", design: Design | None = None
+) -> tuple[str, str]:
+    """Return what stands beside a robot, name, fitness and cycles; less where there is no room.
+
+    Before that comes the name of a world, which may have refined the design.
+    """
+    design = design or result.design(i)
     name = name_of(design)
     short = name.split(" · ")[0 if design.lattice == Lattice() else 1]
-    if result.diverged[i]:
-        return f"{name} · diverged", f"{short} · diverged"
     cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
-    fitness = f"{result.fitness[i]:.2f}"
-    return f"{name} · {fitness} in {cycles:.4g} cycles", f"{short} · {fitness}"
+    far = f"{result.fitness[i]:.2f}"
+    ends = (
+        ("diverged", "diverged") if result.diverged[i] else (f"{far} in {cycles:.4g} cycles", far)
+    )
+    before = f"{world}: " if world else ""
+    return f"{before}{name} · {ends[0]}", f"{before}{short} · {ends[1]}"
 
 
 def clock_of(result: Result, i: int) -> tuple[float, float]:
@@ -185,7 +275,7 @@ def clock_of(result: Result, i: int) -> tuple[float, float]:
     return step, frequency
 
 
-def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
+def movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
     """Return position, quaternion and edge of a design's voxels, frames first, in voxel widths.
 
     They go up to a frame, or the first that the design lacks; as built where that is frame 0.
@@ -203,11 +293,13 @@ def _movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[A
     return position[:ends] / width, quaternion[:ends], edge[:ends] / width
 
 
-def _robot(result: Result, i: int, count: int, stride: int) -> dict[str, Any]:
+def _robot(result: Result, i: int, frames: NDArray[np.int64]) -> dict[str, Any]:
+    """Return what a recording tells of one design of a batch at some frames, in order."""
     design, first = result.design(i), pose(result, i, 0)
-    position, quaternion, edge = _movement(result, i)
-    last = (len(edge) - 1) // stride
-    kept = np.minimum(np.arange(count), last) * stride
+    position, quaternion, edge = movement(result, i)
+    shown = frames[frames < len(edge)].max(initial=frames[0])
+    last = int(np.flatnonzero(frames == shown)[0])
+    kept = np.minimum(frames[np.minimum(np.arange(len(frames)), last)], len(edge) - 1)
     centre = np.zeros((len(edge), 1, 3))
     if design.n_voxels:
         centre = position.mean(axis=1, keepdims=True)
@@ -222,6 +314,7 @@ def _robot(result: Result, i: int, count: int, stride: int) -> dict[str, Any]:
         "short_label": short_label,
         "design": design.index if design.lattice == Lattice() else None,
         "digits": design.digits,
+        "shape": list(design.lattice),
         "fitness": None if result.diverged[i] else float(result.fitness[i]),
         "last": last,
         "distance": fitting_distance(first),

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softvox_gym.design import Design
+from softvox_gym.rendering import render
 from softvox_gym.simulation import Result
 from softvox_view.replay import data
 from softvox_view.replay.page import page
@@ -49,7 +50,9 @@ def notebook(value: Design | Result) -> str:
 
 
 def _built(designs: Sequence[Design]) -> str:
-    picture = beside([data.rest_pose(design.array) for design in designs], panel=PANEL)
+    width, height = PANEL
+    built = [data.rest_pose(design.array) for design in designs]
+    picture = beside([render(pose, width=width, height=height) for pose in built])
     names = "; ".join(data.name_of(design) for design in designs)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'
 

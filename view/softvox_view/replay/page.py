@@ -16,7 +16,13 @@ from softvox_view.replay.still import data_url
 SPEED = 0.5
 
 #: Of the player, each importing those before it.
-MODULES = [f"{name}.js" for name in ("shaders", "camera", "scene", "input", "player")]
+MODULES = [
+    f"{name}.js"
+    for name in (
+        *("shaders", "bodies", "camera", "scene"),
+        *("strips", "filters", "export", "input", "player"),
+    )
+]
 
 
 def page(
@@ -26,6 +32,8 @@ def page(
     title: str | None = None,
     speed: float = SPEED,
     autoplay: bool = True,
+    boxes: bool = False,
+    gallery: bool = False,
 ) -> str:
     """Return a page of HTML that plays a recording.
 
@@ -41,6 +49,10 @@ def page(
         At which it begins; 1 is real time.
     autoplay : bool
         Whether it begins to play at once, unless the reader asked for reduced motion.
+    boxes : bool
+        Whether voxels begin as the cubes that they are in the model, rather than as one skin.
+    gallery : bool
+        Whether robots are many, and are chosen from by voxels and fitness.
     """
     name = title or "; ".join(robot["label"] for robot in recording["robots"])
     own = {
@@ -49,7 +61,9 @@ def page(
         "still": data_url(picture),
         "recording": in_script(recording),
     }
-    return filled(template(speed=speed, autoplay=autoplay), own)
+    options = {"boxes": boxes, "gallery": gallery}
+    chosen = {name: value for name, value in options.items() if value}
+    return filled(template(speed=speed, autoplay=autoplay, **chosen), own)
 
 
 def template(**options: Any) -> str:

@@ -4,20 +4,75 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.rendering import Pose, fitting_distance, png, render
+from softvox_gym.rendering import Pose, Stage, lanes, png
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import checked_places, frames_of, pose
+from softvox_view.replay.data import checked_places, frames_of, movement, rest_pose, settled, walk
 
 #: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
 COARSE = 4
 
 PANEL = (400, 300)  # pixels, at most
 WIDTH = 900  # pixels of all panels beside each other, at most
+
+
+class Panels:
+    """Robots in panels, one beside the other, to be drawn at moment after moment.
+
+    Parameters
+    ----------
+    scenes : sequence of sequences of (Result, int)
+        Of each panel the robots, as results with frames and places in their batch.
+    panel : (int, int)
+        Width and height of each, pixels.
+    boxes : bool
+        As of `softvox_gym.rendering.render`.
+    """
+
+    def __init__(
+        self,
+        scenes: Sequence[Sequence[tuple[Result, int]]],
+        *,
+        panel: tuple[int, int],
+        boxes: bool = False,
+    ) -> None:
+        self.stages: list[Stage] = []
+        self._robots: list[list[Callable[[Callable[[Result], int]], tuple[Pose, int]]]] = []
+        for scene in scenes:
+            walks = [walk(result, i) for result, i in scene]
+            shifts = lanes(walks)
+            moved = [one.moved(shift) for one, shift in zip(walks, shifts, strict=True)]
+            self.stages.append(Stage(moved, width=panel[0], height=panel[1], boxes=boxes))
+            self._robots.append(
+                [_moving(*robot, shift) for robot, shift in zip(scene, shifts, strict=True)]
+            )
+
+    def picture(self, frame_of: Callable[[Result], int]) -> NDArray[np.uint8]:
+        """Draw the frame that each result has at a moment; past a robot's last, that one."""
+        drawn = []
+        for stage, robots in zip(self.stages, self._robots, strict=True):
+            shown = [robot(frame_of) for robot in robots]
+            drawn.append(stage.picture([pose for pose, _ in shown], [k for _, k in shown]))
+        return beside(drawn)
+
+
+def _moving(
+    result: Result, i: int, shift: NDArray[np.float64]
+) -> Callable[[Callable[[Result], int]], tuple[Pose, int]]:
+    """Return what gives a robot's pose, moved aside, and its moment since the pump began."""
+    position, quaternion, edge = movement(result, i)
+    built, begin = rest_pose(result.designs[i]), settled(result)
+
+    def at(frame_of: Callable[[Result], int]) -> tuple[Pose, int]:
+        k = min(frame_of(result), len(edge) - 1)
+        pose = Pose(position[k] + shift, quaternion[k], edge[k], built.active, built.site)
+        return pose, max(0, k - begin)
+
+    return at
 
 
 def still(
@@ -43,28 +98,24 @@ def still(
     """
     places = checked_places(result, designs)
     shown = len(frames_of(result).step) - 1 if frame is None else frame
-    if panel is None:
-        width = min(PANEL[0], WIDTH // columns(len(places)))
-        panel = (width, width * PANEL[1] // PANEL[0])
-    # From where the first frame is seen, so that the breathing of a robot does not zoom.
-    first = [pose(result, i, 0) for i in places]
-    return beside([pose(result, i, shown) for i in places], panel=panel, seen_as=first)
+    scenes = [[(result, i)] for i in places]
+    return Panels(scenes, panel=panel or panel_for(len(places))).picture(lambda _: shown)
 
 
-def beside(
-    poses: Sequence[Pose], *, panel: tuple[int, int], seen_as: Sequence[Pose] | None = None
-) -> NDArray[np.uint8]:
-    """Draw robots in rows of panels, as `columns` says; what is left of the last row is empty.
+def panel_for(count: int) -> tuple[int, int]:
+    """Return a panel's width and height, pixels: smaller for many robots."""
+    width = min(PANEL[0], WIDTH // columns(count))
+    return width, width * PANEL[1] // PANEL[0]
 
-    Each is seen from as far as it needs itself, or as some others do.
-    """
-    width, height = panel
-    across = columns(len(poses))
-    rows = math.ceil(len(poses) / across)
+
+def beside(pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Put pictures in rows, as `columns` says; what is left of the last row is empty."""
+    height, width, _ = pictures[0].shape if pictures else (*PANEL[::-1], 3)
+    across = columns(len(pictures))
+    rows = max(1, math.ceil(len(pictures) / across))
     picture = np.full((rows * height, across * width, 3), 255, np.uint8)
-    for k, (robot, whole) in enumerate(zip(poses, seen_as or poses, strict=True)):
+    for k, drawn in enumerate(pictures):
         top, left = k // across * height, k % across * width
-        drawn = render(robot, width=width, height=height, distance=fitting_distance(whole))
         picture[top : top + height, left : left + width] = drawn
     return picture
 

@@ -58,6 +58,7 @@ function robotOf(design, poses, [dx, dy], count, physics, style) {
     short_label: `${design} · ${words}`,
     design,
     digits: digits.join(""),
+    shape: [2, 2, 2],
     fitness,
     last,
     distance: distanceOf(fromCentre[0], edges[0], style),

@@ -10,44 +10,54 @@
  * globals; the element gets the class "softvox-player" (player.css) and the property `player`.
  */
 
+import { Body } from "./bodies.js";
+import { composed, filmed, filmType, glb, keep } from "./export.js";
+import { Filters } from "./filters.js";
 import { HELP, listen } from "./input.js";
 import { Scene } from "./scene.js";
+import { colourOf, Strips } from "./strips.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
 const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
-const VIEW = { azimuth: -62, elevation: 27, zoom: 1 };
+const VIEW = { azimuth: 0, elevation: 27, zoom: 1 };
+const CELL = 120; // CSS pixels that a robot of a gallery is wide at least
 const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
 const SMALL = 220; // CSS pixels; a panel less wide has a short label
+const DEEP = 0.02; // voxel widths under the floor that the eye sees
 
 const NO_WEBGL = `This browser shows no WebGL 2, which the moving robots need; here is a still picture.
 Switch on hardware acceleration in its settings, or take another browser.`;
 const LOST = `The browser took the graphics away, as it does where many moving pictures are open; here
 is a still one. Close some, or reload the page.`;
 
-// The phase of the pump: one cycle of its sine, and a dot at where it is.
-const sine = (phase) => 26 - 20 * Math.sin(2 * Math.PI * phase);
-const WAVE = Array.from({ length: 47 }, (_, i) => `${4 + 2 * i} ${sine(i / 46)}`).join("L");
+const NO_FILM = "This browser can't record films: it has no MediaRecorder for what a page draws.";
+const NO_FULL_SCREEN = "This browser, or the page around this one, allows no full screen.";
 
 const CONTROLS = `
   <div class="softvox-stage">
     <canvas tabindex="0" role="application"></canvas>
     <div class="softvox-labels"></div>
-    <svg class="softvox-pump" viewBox="0 0 100 64" role="img" aria-label="phase of the pump">
-      <path stroke-dasharray="3 3" stroke-width="0.8" d="M4 26 H96"></path>
-      <path stroke-width="1.6" d="M${WAVE}"></path>
-      <circle r="4.5"></circle>
-      <text x="50" y="60" text-anchor="middle"></text>
-    </svg>
+    <details class="softvox-sunk"><summary>sunk into the floor?</summary><p></p></details>
   </div>
+  <div class="softvox-strips"></div>
   <div class="softvox-controls">
     <button type="button" class="play"></button>
     <input type="range" class="frame" min="0" step="1" aria-label="frame">
     <span class="clock"></span>
     <label>speed <select class="speed"></select></label>
-    <label><input type="checkbox" class="follow" checked> follow</label>
+    <label><input type="checkbox" class="follow"> follow</label>
+    <label title="each voxel as the cube that it is in the model; else neighbours share corners">
+      <input type="checkbox" class="boxes"> boxes</label>
     <button type="button" class="reset">reset view</button>
+    <button type="button" class="full">full screen</button>
+    <span class="softvox-save">save
+      <button type="button" class="png">PNG</button>
+      <button type="button" class="film">MP4</button>
+      <button type="button" class="glb" title="the voxels and their movement, for other 3-D programs">glb</button>
+    </span>
   </div>`;
 
+const made = (tag, values) => Object.assign(document.createElement(tag), values);
 const clamp = (value, [low, high]) => Math.min(Math.max(value, low), high);
 
 /** Plays recordings in an element; each robot has a panel, and all share one camera. */
@@ -59,10 +69,15 @@ export class SoftvoxPlayer {
   #listeners = new AbortController();
   #sizes = new ResizeObserver(() => this.#draw());
   #scene = null;
+  #strips = null; // of a gallery there are none, but filters
+  #filters = null;
+  #bodies = [];
   #recording = null;
+  #finishFilm = null; // ends the film that is being made
   #view = { ...VIEW };
   #frame = 0;
   #time = 0; // of the clock, simulated seconds; between frames while playing
+  #lap = 0; // how often a recording that loops was shown before
   #tick = 0; // the animation frame asked for, 0 where paused
 
   /**
@@ -72,8 +87,12 @@ export class SoftvoxPlayer {
    * @param {object} [options]
    * @param {boolean} [options.autoplay=true] Never where the reader asked for reduced motion.
    * @param {number} [options.speed=0.5] 1 is real time.
+   * @param {boolean} [options.boxes=false] Whether voxels begin as boxes, rather than as one skin.
+   * @param {boolean} [options.strips=true] Whether there are curves under the robots.
+   * @param {boolean} [options.gallery=false] Whether there are filters, for many robots.
    */
-  constructor(element, recording = null, { autoplay = true, speed = 0.5 } = {}) {
+  constructor(element, recording = null, options = {}) {
+    const { autoplay = true, speed = 0.5, boxes = false, gallery = false, strips = !gallery } = options;
     this.#element = element;
     this.#fallback = [...element.childNodes];
     element.player = this;
@@ -86,6 +105,13 @@ export class SoftvoxPlayer {
     const speeds = [...new Set([...SPEEDS, speed])].sort((a, b) => a - b);
     this.#find(".speed").replaceChildren(...speeds.map((value) => new Option(`${value}×`, value)));
     this.#find(".speed").value = String(speed);
+    this.#find(".boxes").checked = boxes;
+    this.#find(".follow").checked = gallery;
+    element.classList.toggle("softvox-gallery", gallery);
+    const bar = this.#find(".softvox-strips");
+    const { signal } = this.#listeners;
+    if (strips) this.#strips = new Strips(bar, (frame) => this.#goto(frame), signal);
+    if (gallery) this.#filters = new Filters(bar, (shown) => this.#choose(shown), signal);
     this.#listen(canvas);
     this.#showPlaying();
     this.#cover();
@@ -112,19 +138,22 @@ export class SoftvoxPlayer {
   }
 
   /**
-   * The view: azimuth and elevation in degrees, zoom, whether it follows. At zoom 1 all is seen: of
+   * The view: azimuth and elevation in degrees, zoom, whether it follows, whether voxels are boxes.
+   * An azimuth of 0 looks across each robot's way, which goes to the right. At zoom 1 all is seen: of
    * the robot where it follows, else of its path.
    */
   get view() {
-    return { ...this.#view, follow: this.#find(".follow").checked };
+    const [follow, boxes] = [".follow", ".boxes"].map((name) => this.#find(name).checked);
+    return { ...this.#view, follow, boxes };
   }
 
-  set view({ follow, ...change }) {
+  set view({ follow, boxes, ...change }) {
     Object.assign(this.#view, change);
     for (const [name, limits] of Object.entries(LIMITS)) {
       this.#view[name] = clamp(this.#view[name], limits);
     }
     if (follow !== undefined) this.#find(".follow").checked = follow;
+    if (boxes !== undefined) this.#find(".boxes").checked = boxes;
     this.#draw();
   }
 
@@ -141,11 +170,16 @@ export class SoftvoxPlayer {
     }
     this.#recording = recording;
     this.#still = still;
-    this.#scene?.load(recording);
+    const { frames, settle_time: settle, seconds_per_frame: step } = recording;
+    const begin = Math.min(Math.round(settle / step), frames - 1);
+    this.#bodies = recording.robots.map((robot) => new Body(robot, begin));
+    this.#lap = 0;
+    this.#scene?.load(recording, this.#bodies);
     this.#cover();
-    this.#find(".frame").max = recording.frames - 1;
-    const labels = "<div><span></span></div>".repeat(recording.robots.length);
-    this.#find(".softvox-labels").innerHTML = labels;
+    this.#strips?.load(recording, this.#bodies);
+    this.#filters?.load(recording);
+    this.#find(".frame").max = frames - 1;
+    this.#tellSunk();
     this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
     this.seek(0);
   }
@@ -157,6 +191,11 @@ export class SoftvoxPlayer {
     this.#time = this.#frame * this.#recording.seconds_per_frame;
   }
 
+  #goto(frame) {
+    this.pause();
+    this.seek(frame);
+  }
+
   /** Run the clock; past the last frame it begins again. */
   play() {
     if (!this.supported || this.playing || !this.#recording) return;
@@ -165,8 +204,11 @@ export class SoftvoxPlayer {
       this.#tick = requestAnimationFrame(tick);
       const passed = Math.min((now - (before ?? now)) / 1000, MOST_SECONDS_PER_TICK);
       before = now;
-      const { frames, seconds_per_frame: step } = this.#recording;
-      this.#time = (this.#time + passed * this.#find(".speed").value) % (frames * step);
+      const { frames, seconds_per_frame: step, robots } = this.#recording;
+      const whole = (frames - Number(Boolean(robots[0]?.loops))) * step;
+      const time = this.#time + passed * this.#find(".speed").value;
+      this.#lap += Math.floor(time / whole);
+      this.#time = time % whole;
       const frame = Math.min(Math.floor(this.#time / step + 1e-6), frames - 1);
       if (frame !== this.#frame) this.#show(frame);
     };
@@ -227,7 +269,7 @@ export class SoftvoxPlayer {
     this.#scene = null;
     this.#recording = null;
     this.#element.replaceChildren(...this.#fallback);
-    this.#element.classList.remove("softvox-player", "softvox-still");
+    this.#element.classList.remove("softvox-player", "softvox-still", "softvox-gallery");
     delete this.#element.player;
   }
 
@@ -235,12 +277,22 @@ export class SoftvoxPlayer {
     const { signal } = this.#listeners;
     const on = (target, type, handler) => target.addEventListener(type, handler, { signal });
     on(this.#find(".play"), "click", () => this.toggle());
-    on(this.#find(".frame"), "input", (event) => {
-      this.pause();
-      this.seek(Number(event.target.value));
-    });
-    on(this.#find(".follow"), "change", () => this.#draw());
+    on(this.#find(".frame"), "input", (event) => this.#goto(Number(event.target.value)));
+    for (const name of [".follow", ".boxes"]) on(this.#find(name), "change", () => this.#draw());
     on(this.#find(".reset"), "click", () => this.reset());
+    on(this.#find(".png"), "click", () => {
+      this.#draw();
+      composed(canvas, this.#texts).toBlob((content) => keep(content, `${this.#file}.png`));
+    });
+    on(this.#find(".glb"), "click", () => keep(glb(this.#recording, this.#bodies), `${this.#file}.glb`));
+    const [film, full] = [this.#find(".film"), this.#find(".full")];
+    on(film, "click", () => (this.#finishFilm ? this.#finishFilm() : this.#film()));
+    if (!filmType()) Object.assign(film, { disabled: true, title: NO_FILM });
+    else if (!filmType().startsWith("video/mp4")) film.textContent = "WebM";
+    on(full, "click", () =>
+      document.fullscreenElement ? document.exitFullscreen() : this.#element.requestFullscreen(),
+    );
+    if (!document.fullscreenEnabled) Object.assign(full, { disabled: true, title: NO_FULL_SCREEN });
     listen(canvas, this, signal);
     on(canvas, "webglcontextlost", (event) => {
       event.preventDefault(); // or it could not come back
@@ -250,7 +302,7 @@ export class SoftvoxPlayer {
     });
     on(canvas, "webglcontextrestored", () => {
       this.#scene = Scene.on(canvas);
-      if (this.#recording) this.#scene?.load(this.#recording);
+      if (this.#recording) this.#scene?.load(this.#recording, this.#bodies);
       this.#cover(LOST);
       this.#show(this.#frame);
     });
@@ -265,7 +317,6 @@ export class SoftvoxPlayer {
     this.#find(".softvox-lost")?.remove();
     this.#element.classList.toggle("softvox-still", !this.supported);
     if (this.supported) return;
-    const made = (tag, values) => Object.assign(document.createElement(tag), values);
     const cover = made("div", { className: "softvox-lost" });
     const shown = this.#still
       ? [made("img", { src: this.#still, alt: this.#names })]
@@ -282,13 +333,10 @@ export class SoftvoxPlayer {
     const time = frame * step;
     const cycle = Math.max(0, (time - settle) * frequency_hz);
     this.#find(".frame").value = frame;
-    this.#find(".clock").textContent = `${time.toFixed(2)} s`;
-    this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
-    this.#find(".softvox-pump").classList.toggle("settling", time < settle);
-    this.#find(".softvox-pump circle").setAttribute("cx", 4 + 92 * (cycle % 1));
-    this.#find(".softvox-pump circle").setAttribute("cy", sine(cycle % 1));
     const words = time < settle ? "settling" : `cycle ${Math.floor(cycle + 1e-9) + 1}`;
-    this.#find(".softvox-pump text").textContent = words;
+    this.#find(".clock").textContent = `${time.toFixed(2)} s, ${words}`;
+    this.#find(".frame").setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
+    this.#strips?.show(frame);
     this.#element.dispatchEvent(new CustomEvent("frame", { detail: { frame, time, cycle } }));
   }
 
@@ -298,13 +346,90 @@ export class SoftvoxPlayer {
 
   #draw() {
     if (!this.supported || !this.#recording) return;
-    const panels = this.#scene.draw(this.#frame, this.view);
-    [...this.#find(".softvox-labels").children].forEach((label, i) => {
-      for (const [name, value] of Object.entries(panels[i])) label.style[name] = `${value}px`;
-      const { label: whole, short_label: short } = this.#recording.robots[i];
-      const isSmall = panels[i].width < SMALL;
-      label.classList.toggle("small", isSmall);
-      label.firstChild.textContent = isSmall ? short : whole;
+    const panels = this.#scene.draw(this.#frame, this.#lap, this.view);
+    const labels = this.#find(".softvox-labels");
+    while (labels.children.length > panels.length) labels.lastChild.remove();
+    while (labels.children.length < panels.length) labels.append(made("div", {}));
+    panels.forEach((panel, i) => this.#write(labels.children[i], panel));
+  }
+
+  /** Write what stands in a panel: names, how far the robot is, the numbers of the ruler. */
+  #write(label, { robots, marks, ...place }) {
+    const isSmall = place.width < SMALL;
+    const names = robots.map((i) => this.#recording.robots[i][isSmall ? "short_label" : "label"]);
+    const gone = robots.map((i) => this.#bodies[i].gone(this.#frame).toFixed(2));
+    const key = JSON.stringify([names, gone, marks, place]);
+    if (label.key === key) return;
+    label.key = key;
+    for (const [name, value] of Object.entries(place)) label.style[name] = `${value}px`;
+    label.classList.toggle("small", isSmall);
+    const spans = names.map((textContent) => made("span", { className: "name", textContent }));
+    if (robots.length > 1) {
+      spans.forEach((span, k) => (span.style.color = colourOf(robots[k], this.#bodies.length)));
+    } else if (!this.#filters) {
+      spans.push(made("span", { className: "gone", textContent: `${gone[0]} voxel widths` }));
+    }
+    const [width, height] = [place.width, place.height];
+    const numbers = marks.map(({ text, place: [x, y] }) => {
+      const mark = made("span", { className: "mark", textContent: text });
+      Object.assign(mark.style, { left: `${x * width}px`, top: `${y * height}px` });
+      return mark;
     });
+    label.replaceChildren(...spans, ...numbers);
+  }
+
+  get #texts() {
+    return this.#element.querySelectorAll(".softvox-labels span");
+  }
+
+  /** What its files are called. */
+  get #file() {
+    const names = this.#recording.robots.map(({ design, digits }) => design ?? digits);
+    return `softvox-${[...new Set(names)].slice(0, 6).join("-")}`;
+  }
+
+  /** Film the recording from its start to its end, or until the button is pressed again. */
+  async #film() {
+    const [canvas, button] = [this.#find("canvas"), this.#find(".film")];
+    const [type, word] = [filmType(), button.textContent];
+    this.pause();
+    this.seek(0);
+    const film = composed(canvas, this.#texts);
+    button.textContent = "stop";
+    const frames = new AbortController();
+    const content = await filmed(film, type, () => {
+      return new Promise((resolve) => {
+        this.#finishFilm = resolve;
+        const take = ({ detail }) => {
+          composed(canvas, this.#texts, film);
+          if (detail.frame === this.frames - 1 || this.#lap > 0) resolve();
+        };
+        this.#element.addEventListener("frame", take, { signal: frames.signal });
+        this.#lap = 0;
+        this.play();
+      });
+    });
+    frames.abort();
+    this.pause();
+    this.#finishFilm = null;
+    button.textContent = word;
+    keep(content, `${this.#file}.${type.slice(6).split(";")[0]}`);
+  }
+
+  /** Draw only some panels of a gallery. */
+  #choose(shown) {
+    if (this.#scene) this.#scene.shown = shown;
+    const stage = this.#find(".softvox-stage");
+    const across = Math.max(1, Math.floor(stage.clientWidth / CELL));
+    stage.style.minHeight = `${Math.ceil(shown.length / across) * CELL * 0.8}px`;
+    this.#draw();
+  }
+
+  #tellSunk() {
+    const sunk = this.#filters ? 0 : Math.max(0, ...this.#bodies.map((body) => body.sunk()));
+    this.#find(".softvox-sunk").hidden = sunk < DEEP;
+    this.#find(".softvox-sunk p").textContent = `A corner is up to ${sunk.toFixed(2)} voxel widths
+      under the floor. In the model a voxel touches the ground half an edge below its centre, however
+      it is tilted, and ground gives way a little: the floor hides what is below.`;
   }
 }

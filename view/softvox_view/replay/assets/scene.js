@@ -1,23 +1,30 @@
 /**
- * Draws recordings of soft robots with WebGL 2: floor, shadow, trail and cubes, a panel per robot.
+ * Draws recordings of soft robots with WebGL 2, a panel per robot or scene: floor, ghosts, ruler,
+ * shadows, paths and bodies.
  *
  * Camera, light and colours are those of the still pictures (softvox_gym.rendering); the recording
  * brings them as `style`. Lengths are voxel widths, the floor is z = 0.
  */
 
-import { boxOf, cameraOf } from "./camera.js";
-import { CUBES, FLOOR, SHADOW, TRAIL } from "./shaders.js";
+import { Body, NUMBERS_PER_FACE } from "./bodies.js";
+import { cameraOf, onPanel, Route } from "./camera.js";
+import { CUBES, FLOOR, SHADOW, STROKE } from "./shaders.js";
 
-const SHADOW_LAYERS = 24; // shadows of one cube laid over each other, for a soft edge
-const TRAIL_WIDTH = 3.5; // CSS pixels
+const SHADOW_LAYERS = 24; // shadows of one robot laid over each other, for a soft edge
+const FEW_LAYERS = 8; // in panels less high than this, CSS pixels
+const LOW = 160;
+const SIGN = 0.13; // from a start to the name of its world, in distances for a robot alone
 
 /** The robots of a recording, in panels on a canvas. */
 export class Scene {
   #gl;
   #programs = {};
   #style = null;
-  #robots = [];
-  #settled = 0; // the frame with which the trail begins
+  #panels = [];
+  #buffers = [];
+  #moving; // what is drawn at the moment: faces
+
+  shown = null; // numbers of the panels that are drawn; null for all
 
   /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
   static on(canvas) {
@@ -32,32 +39,35 @@ export class Scene {
 
   constructor(gl) {
     this.#gl = gl;
-    const sources = { floor: FLOOR, cubes: CUBES, shadow: SHADOW, trail: TRAIL };
+    const sources = { floor: FLOOR, cubes: CUBES, shadow: SHADOW, stroke: STROKE };
     for (const [name, parts] of Object.entries(sources)) this.#programs[name] = compiled(gl, parts);
   }
 
   /** Take the robots of a recording in. */
-  load({ style, settle_time, seconds_per_frame, frames, robots }) {
+  load({ style, robots }, bodies) {
     this.#forget();
     const [x_axis, y_axis] = style.axis_colours;
     // GLSL has its own words floor and active.
     this.#style = { ...style, x_axis, y_axis, floor_colour: style.floor, active_colour: style.active };
-    this.#settled = Math.min(Math.round(settle_time / seconds_per_frame), frames - 1);
-    this.#robots = robots.map(({ position, quaternion, edge, active, centre, scale, distance }) => {
-      const path = new Float32Array(bytes(centre).buffer);
-      const moving = [position, quaternion, edge].map(bytes);
-      const buffers = [...moving, Uint8Array.from(active), path].map((array) => this.#buffer(array));
-      return { voxels: active.length, scale, distance, path, box: boxOf(path), buffers };
+    this.#moving = this.#buffer(new Float32Array());
+    const groups = Map.groupBy(bodies, (body) => robots[bodies.indexOf(body)].panel ?? bodies.indexOf(body));
+    this.#panels = [...groups.values()].map((those) => {
+      const route = new Route(style, those);
+      const signs = those.map((body) => robots[bodies.indexOf(body)].world ?? null);
+      const ruler = this.#buffer(new Float32Array(route.lines().flat()));
+      const paths = those.map((body) => this.#buffer(body.path));
+      const numbers = those.map((body) => bodies.indexOf(body));
+      return { bodies: those, numbers, route, signs, ruler, paths, loops: robots[numbers[0]].loops };
     });
   }
 
   /**
-   * Draw a frame.
+   * Draw a frame, of a recording that was shown so many times before.
    *
-   * @returns {{left: number, top: number, width: number, height: number}[]} Each robot's panel in
-   *   CSS pixels.
+   * @returns {{left: number, top: number, width: number, height: number, marks: object[]}[]} Each
+   *   panel in CSS pixels, and the texts in it: the numbers of the ruler, and the worlds' names.
    */
-  draw(frame, view) {
+  draw(frame, lap, view) {
     const gl = this.#gl;
     const { canvas } = gl;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
@@ -65,21 +75,21 @@ export class Scene {
       const pixels = Math.max(1, Math.round(shown * ratio));
       if (canvas[side] !== pixels) canvas[side] = pixels;
     }
-    const panels = arranged(this.#robots.length, canvas.width, canvas.height);
+    const shown = this.shown ?? this.#panels.map((_, i) => i);
+    const places = arranged(shown.length, canvas.width, canvas.height);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(...this.#style.background, 1);
     gl.clear(gl.COLOR_BUFFER_BIT); // there may be more places than robots
     gl.enable(gl.SCISSOR_TEST);
-    panels.forEach((panel, i) => {
-      const box = [panel.left, canvas.height - panel.top - panel.height, panel.width, panel.height];
+    return places.map((place, i) => {
+      const box = [place.left, canvas.height - place.top - place.height, place.width, place.height];
       gl.viewport(...box);
       gl.scissor(...box);
       gl.clear(gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
-      this.#drawRobot(this.#robots[i], frame, view, panel, ratio);
+      const marks = this.#drawPanel(this.#panels[shown[i]], frame, lap, view, place, ratio);
+      const inCss = Object.fromEntries(Object.entries(place).map(([name, value]) => [name, value / ratio]));
+      return { ...inCss, robots: this.#panels[shown[i]].numbers, marks };
     });
-    return panels.map((panel) =>
-      Object.fromEntries(Object.entries(panel).map(([name, value]) => [name, value / ratio])),
-    );
   }
 
   /** Give the graphics memory back. */
@@ -89,8 +99,9 @@ export class Scene {
   }
 
   #forget() {
-    for (const buffer of this.#robots.flatMap((robot) => robot.buffers)) this.#gl.deleteBuffer(buffer);
-    this.#robots = [];
+    for (const buffer of this.#buffers) this.#gl.deleteBuffer(buffer);
+    this.#buffers = [];
+    this.#panels = [];
   }
 
   #buffer(array) {
@@ -98,81 +109,136 @@ export class Scene {
     const buffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, array, gl.STATIC_DRAW);
+    this.#buffers.push(buffer);
     return buffer;
   }
 
-  #drawRobot(robot, frame, view, panel, ratio) {
+  #drawPanel(panel, frame, lap, view, place, ratio) {
     const gl = this.#gl;
     const style = this.#style;
-    const camera = cameraOf(style, robot, frame, view, panel);
+    const { route } = panel;
+    const bodies = panel.bodies.filter((body) => body.voxels);
+    const drift = (body) => body.centre(body.frames - 1).map((value, k) => lap * (value - body.centre(body.begin)[k]));
+    const moved = panel.loops ? bodies.map(drift) : bodies.map(() => [0, 0, 0]);
+    const now = bodies.map((body, i) => body.centre(frame).map((value, k) => value + moved[i][k]));
+    const camera = cameraOf(style, route, now.length ? now : [[...route.origin, 0]], view, place);
     const values = {
-      ...style,
-      ...camera,
-      scale: robot.scale,
+      ...{ ...style, ...camera, light: route.light, opacity: 1 },
       fade: style.fade * camera.distance,
       line: Math.max(style.line * camera.pixels_per_width, style.thinnest_line * ratio),
-      pixels: [panel.width, panel.height],
-      trail_width: TRAIL_WIDTH * ratio,
+      pixels: [place.width, place.height],
     };
     this.#take();
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     this.#use("floor", values);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    if (!robot.voxels) return;
+    if (!bodies.length) return [];
 
-    const [position, quaternion, edge, active, path] = robot.buffers;
-    const first = 2 * frame * robot.voxels;
-    const voxels = [
-      [position, 3, gl.SHORT, 3 * first],
-      [quaternion, 4, gl.SHORT, 4 * first],
-      [edge, 1, gl.SHORT, first],
-      [active, 1, gl.UNSIGNED_BYTE, 0],
-    ];
-    this.#take(...voxels);
-    this.#drawShadow(robot, values);
-    const segments = frame - this.#settled;
-    if (segments > 0) {
-      const ends = [this.#settled, this.#settled + 1];
-      this.#take(...ends.map((end) => [path, 2, gl.FLOAT, 12 * end, 12]));
-      this.#use("trail", values);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, segments);
-      this.#take(...voxels);
+    const facesAt = (at, by) =>
+      bodies.flatMap((body, i) => body.faces(at(body), !view.boxes, camera.anchor.map((value, k) => value - by[i][k])));
+    if (!panel.loops) {
+      this.#drawGhosts(facesAt((body) => body.begin, moved), values);
+      this.#drawRuler(panel, frame, values, (style.trail_width * place.height) / 360);
     }
+    const count = this.#send(facesAt(() => frame, moved));
+    this.#drawShadow(count, values, place.height < LOW * ratio ? FEW_LAYERS : SHADOW_LAYERS);
+    if (!panel.loops) this.#drawPaths(panel, frame, values, (style.trail_width * place.height) / 360);
+    this.#drawFaces(this.#send(null, count), values);
+    return panel.loops ? [] : marksOf(panel, camera);
+  }
+
+  /** Let faces be drawn; of those that were sent before only the number is needed. Return it. */
+  #send(faces, count = faces.length / NUMBERS_PER_FACE) {
+    const gl = this.#gl;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#moving);
+    if (faces) gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(faces), gl.DYNAMIC_DRAW);
+    const stride = 4 * NUMBERS_PER_FACE;
+    const corners = [0, 1, 2, 3].map((k) => [this.#moving, 3, 12 * k, stride]);
+    this.#take(...corners, [this.#moving, 1, 48, stride]);
+    return count;
+  }
+
+  #drawFaces(count, values) {
+    const gl = this.#gl;
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
     this.#use("cubes", values);
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, robot.voxels);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, count);
+    gl.disable(gl.DEPTH_TEST);
+    gl.disable(gl.CULL_FACE);
+  }
+
+  /** Draw the robots where they started, pale: first how deep, so that only what is nearest shows. */
+  #drawGhosts(faces, values) {
+    const gl = this.#gl;
+    const count = this.#send(faces);
+    gl.colorMask(false, false, false, false);
+    this.#drawFaces(count, values);
+    gl.colorMask(true, true, true, true);
+    gl.depthFunc(gl.LEQUAL);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    this.#drawFaces(count, { ...values, opacity: values.ghost });
+    gl.disable(gl.BLEND);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+  }
+
+  #drawRuler({ ruler, route }, frame, values, width) {
+    const gl = this.#gl;
+    const strokes = [[0, 1, width / 2], [16, route.high - route.low + 1, width / 4]];
+    for (const [offset, count, stroke_width] of strokes) {
+      this.#take(...[0, 8].map((end) => [ruler, 2, offset + end, 16]));
+      this.#use("stroke", { ...values, stroke: values.ink, stroke_width });
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    }
+  }
+
+  /** Draw the paths so far, and how far along the ruler the first robot is. */
+  #drawPaths({ bodies, paths, route }, frame, values, stroke_width) {
+    const gl = this.#gl;
+    this.#use("stroke", { ...values, stroke: values.trail, stroke_width });
+    bodies.forEach((body, i) => {
+      const segments = frame - body.begin;
+      if (segments <= 0 || !body.voxels) return;
+      this.#take(...[0, 1].map((end) => [paths[i], 2, 12 * (body.begin + end), 12]));
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, segments);
+    });
+    this.#take();
+    if (frame <= bodies[0].begin) return;
+    gl.vertexAttrib2f(0, ...route.point(0));
+    gl.vertexAttrib2f(1, ...route.point(route.along(bodies[0].centre(frame))));
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 
   /** Darken each pixel at most once per layer: the stencil holds the last layer that did. */
-  #drawShadow(robot, values) {
+  #drawShadow(count, values, layers) {
     const gl = this.#gl;
-    const darkening = 1 - (1 - values.shadow) ** (1 / SHADOW_LAYERS);
+    const darkening = 1 - (1 - values.shadow) ** (1 / layers);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ZERO, gl.SRC_COLOR);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
-    for (let i = 0; i < SHADOW_LAYERS; i++) {
+    for (let i = 0; i < layers; i++) {
       // A sunflower's spiral spreads the layers evenly over a disc.
-      const radius = 2 * values.penumbra * Math.sqrt((i + 0.5) / SHADOW_LAYERS);
+      const radius = 2 * values.penumbra * Math.sqrt((i + 0.5) / layers);
       const shift = [radius * Math.cos(2.39996 * i), radius * Math.sin(2.39996 * i)];
       this.#use("shadow", { ...values, shift, darkening });
       gl.stencilFunc(gl.NOTEQUAL, i + 1, 0xff);
-      gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, robot.voxels);
+      gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, count);
     }
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
   }
 
-  /** Let the shaders read from buffers: numbers of a size and type, those of whole type up to 1. */
+  /** Let the shaders read numbers from buffers: so many at a time, from an offset on, so far apart. */
   #take(...sources) {
     const gl = this.#gl;
-    for (let i = 0; i < 4; i++) gl.disableVertexAttribArray(i);
-    sources.forEach(([buffer, size, type, offset, stride = 0], i) => {
+    for (let i = 0; i < 5; i++) gl.disableVertexAttribArray(i);
+    sources.forEach(([buffer, size, offset, stride], i) => {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.enableVertexAttribArray(i);
-      gl.vertexAttribPointer(i, size, type, type === gl.SHORT, stride, offset);
+      gl.vertexAttribPointer(i, size, gl.FLOAT, false, stride, offset);
       gl.vertexAttribDivisor(i, 1);
     });
   }
@@ -188,6 +254,21 @@ export class Scene {
       else gl.uniformMatrix4fv(place, false, value);
     }
   }
+}
+
+/** Return the texts of a panel, and where they stand in it, from 0 to 1. */
+function marksOf({ bodies, route, signs }, camera) {
+  const numbers = route.numbers().filter((s) => s % route.step === 0);
+  const ofRuler = numbers.map((s) => [String(s), route.point(s, 3.7 * route.tick)]);
+  const ofWorlds = bodies.map((body, i) => {
+    const [x, y] = body.centre(body.begin);
+    return [signs[i], route.aside.map((side, k) => [x, y][k] + SIGN * route.alone * side)];
+  });
+  const marks = [...ofRuler, ...ofWorlds.filter(([text]) => text)];
+  return marks.flatMap(([text, point]) => {
+    const place = onPanel(camera, point);
+    return place && place.every((value) => value > 0 && value < 1) ? [{ text, place }] : [];
+  });
 }
 
 /** Return panels of equal size, in the number of columns that makes the shorter side largest. */
@@ -219,5 +300,3 @@ function compiled(gl, sources) {
   const names = Array.from({ length: count }, (_, i) => gl.getActiveUniform(program, i).name);
   return { program, places: names.map((name) => [name, gl.getUniformLocation(program, name)]) };
 }
-
-const bytes = (base64) => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));

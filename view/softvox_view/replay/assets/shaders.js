@@ -43,26 +43,20 @@ void main() {
 
 const CORNER = `
 uniform mat4 matrix; // from (x, y, z, 1) relative to the anchor to the clip space
-uniform vec3 centre; // of the robot, relative to the anchor
-uniform float scale; // of positions from there, and of edges
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 quaternion; // w, x, y, z
-layout(location = 2) in float edge;
-layout(location = 3) in float active_voxel;
-vec3 turned(vec3 v) {
-  return v + 2.0 * cross(quaternion.yzw, cross(quaternion.yzw, v) + quaternion.x * v);
-}
-const vec2 CORNERS[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(1, 1),
-                                vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
-// The place of a cube's corner that a vertex (0 ... 35) stands for.
+layout(location = 0) in vec3 corner_0; // of a face, around outside, relative to the anchor
+layout(location = 1) in vec3 corner_1;
+layout(location = 2) in vec3 corner_2;
+layout(location = 3) in vec3 corner_3;
+layout(location = 4) in float active_voxel;
+const vec2 CORNERS[4] = vec2[4](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, 1));
+const int TRIANGLES[6] = int[6](0, 1, 2, 0, 2, 3);
+// The place of the corner that a vertex (0 ... 5) stands for.
 vec3 corner(out vec2 on_face, out vec3 normal) {
-  int face = gl_VertexID / 6, axis = face / 2;
-  float side = float(1 - 2 * (face & 1));
-  on_face = CORNERS[gl_VertexID % 6];
-  vec3 local = vec3(side, on_face * vec2(side, 1.0));
-  normal = vec3(side, 0.0, 0.0);
-  for (int i = 0; i < axis; i++) { local = local.zxy; normal = normal.zxy; }
-  return centre + scale * (position + turned(local * edge / 2.0));
+  vec3 corners[4] = vec3[4](corner_0, corner_1, corner_2, corner_3);
+  int k = TRIANGLES[gl_VertexID];
+  on_face = CORNERS[k];
+  normal = normalize(cross(corner_2 - corner_0, corner_3 - corner_1));
+  return corners[k];
 }
 `;
 
@@ -78,7 +72,7 @@ void main() {
   vec3 world = corner(on_face, normal);
   height = world.z;
   // Half-Lambert shading: faces turned from the light still differ from each other.
-  float lit = (1.0 + dot(turned(normal), light)) / 2.0;
+  float lit = (1.0 + dot(normal, light)) / 2.0;
   base = mix(passive, active_colour, active_voxel) * mix(darkest, 1.0, lit);
   gl_Position = matrix * vec4(world, 1.0);
 }`,
@@ -87,6 +81,7 @@ in vec3 base;
 in float height;
 uniform vec3 ink;
 uniform float line; // half width of the edges, pixels
+uniform float opacity;
 out vec4 colour;
 void main() {
   if (height < 0.0) discard; // the floor hides what has sunk into it
@@ -94,7 +89,7 @@ void main() {
                        length(vec2(dFdx(on_face.y), dFdy(on_face.y))));
   vec2 margin = (1.0 - abs(on_face)) / max(gradient, 1e-6);
   float drawn = clamp(line + 0.5 - min(margin.x, margin.y), 0.0, 1.0);
-  colour = vec4(mix(base, ink, drawn), 1.0);
+  colour = vec4(mix(base, ink, drawn), opacity);
 }`,
 ];
 
@@ -113,13 +108,13 @@ out vec4 colour;
 void main() { colour = vec4(vec3(1.0 - darkening), 1.0); }`,
 ];
 
-export const TRAIL = [
+export const STROKE = [
   `layout(location = 0) in vec2 from;
 layout(location = 1) in vec2 to;
 uniform mat4 matrix;
 uniform vec3 anchor;
 uniform vec2 pixels; // of the panel
-uniform float trail_width;
+uniform float stroke_width;
 void main() {
   vec4 a = matrix * vec4(vec3(from, 0.0) - anchor, 1.0);
   vec4 b = matrix * vec4(vec3(to, 0.0) - anchor, 1.0);
@@ -128,9 +123,9 @@ void main() {
   vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
   vec4 end = corner.x < 0.0 ? a : b;
   vec2 reach = along * corner.x * 0.5 + vec2(-along.y, along.x) * corner.y;
-  gl_Position = end + vec4(reach * trail_width / pixels * end.w, 0.0, 0.0);
+  gl_Position = end + vec4(reach * stroke_width / pixels * end.w, 0.0, 0.0);
 }`,
-  `uniform vec3 trail;
+  `uniform vec3 stroke;
 out vec4 colour;
-void main() { colour = vec4(trail, 1.0); }`,
+void main() { colour = vec4(stroke, 1.0); }`,
 ];
