@@ -423,7 +423,7 @@ def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, pa
     until(lambda: applied(driver) == {})
     assert shown(driver, "progress-row", "hidden")
     assert driver.execute_script(dimmed) == "1"
-    assert facts(driver)["published"] == facts(driver)["fitness"]
+    until(lambda: facts(driver)["published"] == facts(driver)["fitness"])
     assert not (map_pixels(driver) == [226, 230, 235]).all(axis=2).any()
 
 
