@@ -23,7 +23,6 @@ const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100" };
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...FILTERS, ...NO_PATH };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const SECOND = "b."; // begins the names of the second world's parameters
-const GOOD_LASTS = 4000; // ms
 const MAPS = ["map", "map-b"];
 const FADED = 0.88; // how far what does not pass a filter fades into a light grey
 const GREY = 228;
@@ -64,7 +63,7 @@ let path = null; // of a searcher, with the fields that asked for it
 let player = null;
 let shown = null; // the robots: {state, recording, moved}
 let pointed = null; // the design last under the pointer
-let hushing = 0; // the timer that takes good words away
+let hushing = 0; // the timer that takes words away
 let seenPasses = []; // by design, whether it passes the filters
 const standard = { key: JSON.stringify(physicsWritten(known, {})), values: published };
 const [here, there] = [0, 1].map(() => new World(simulator, standard, showLandscapes));
@@ -142,7 +141,7 @@ function say(text, isGood = false) {
   find("message").textContent = text;
   find("message").classList.toggle("good", isGood);
   clearTimeout(hushing);
-  if (isGood) hushing = setTimeout(say, GOOD_LASTS, "");
+  hushing = setTimeout(say, isGood ? 4000 : 15_000, "");
 }
 
 /** Say what is wrong; return whether it was said beside a parameter. */
