@@ -211,6 +211,7 @@ function settle() {
   find("progress").value = done / all;
   find("progress-text").textContent = `${done} of ${all} designs`;
   if (isTrue && here.isWhole) document.body.dataset.parameters = JSON.stringify(seen.parameters);
+  else delete document.body.dataset.parameters;
 }
 
 /** Show all that the landscapes tell, as far as they are known. */
