@@ -105,12 +105,11 @@ def test_the_papers_finding_is_one_click_away(driver, page):
 
 @needs_chromium
 def test_a_world_is_kept_beside_the_next(driver, page):
-    opened(driver, page, "duration=0.3")
-    whole(driver)
+    opened(driver, page)
     one(driver, "#keep").click()
     entered(driver, "#value-gravity", "-3")
     until(lambda: facts(driver)[""] == ["gravity -3", "published", "difference"])
-    assert driver.current_url.endswith("#duration=0.3&gravity=-3&b.duration=0.3")
+    assert driver.current_url.endswith("#gravity=-3&b.preset=published")
 
 
 @needs_chromium

@@ -23,7 +23,6 @@ const KINDS = [...find("kind").options].map((option) => option.value);
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const SECOND = "b."; // begins the names of the second world's parameters
-const GOOD_LASTS = 4000; // ms
 const MAPS = ["map", "map-b"];
 const FADED = 0.88; // how far what does not pass a filter fades into a light grey
 const GREY = 228;
@@ -64,7 +63,7 @@ let seen = { ...DEFAULTS, parameters: {}, versus: null }; // versus: of the seco
 let player = null;
 let shown = null; // the robots: {state, recording, moved}
 let pointed = null; // the design last under the pointer
-let hushing = 0; // the timer that takes good words away
+let hushing = 0; // the timer that takes words away
 let seenPasses = []; // by design, whether it passes the filters
 const standard = { key: JSON.stringify(physicsWritten(known, {})), values: published };
 const [here, there] = [0, 1].map(() => new World(simulator, standard, showLandscapes));
@@ -150,7 +149,7 @@ function say(text, isGood = false) {
   find("message").textContent = text;
   find("message").classList.toggle("good", isGood);
   clearTimeout(hushing);
-  if (isGood) hushing = setTimeout(say, GOOD_LASTS, "");
+  hushing = setTimeout(say, isGood ? 4000 : 15_000, "");
 }
 
 /** Say what is wrong; return whether it was said beside a parameter. */
@@ -220,6 +219,7 @@ function settle() {
   find("progress").value = done / all;
   find("progress-text").textContent = `${done} of ${all} designs`;
   if (isTrue && here.isWhole) document.body.dataset.parameters = JSON.stringify(seen.parameters);
+  else delete document.body.dataset.parameters;
 }
 
 /** Show all that the landscapes tell, as far as they are known. */
