@@ -34,7 +34,7 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_show_tb = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600  # s, of a cell, on a machine that is busy
 nb_merge_streams = True
 nb_render_markdown_format = "gfm"  # tables, too
 
