@@ -34,8 +34,9 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_show_tb = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600  # s, of a cell, on a machine that is busy
 nb_merge_streams = True
+nb_render_markdown_format = "gfm"  # tables, too
 
 # Docstrings
 default_role = "autolink"  # a link where the name is one of the reference's, else emphasis
@@ -43,6 +44,7 @@ autodoc_typehints = "none"  # the docstrings tell more
 autodoc_member_order = "bysource"
 autosummary_generate = False
 napoleon_google_docstring = False
+napoleon_use_param = False  # else "shape" of a type is a link to some shape
 napoleon_use_rtype = False
 napoleon_custom_sections = [
     ("Action space", "notes_style"),
