@@ -15,6 +15,11 @@ const FEW_LAYERS = 8; // in panels less high than this, CSS pixels
 const LOW = 160;
 const SIGN = 0.13; // from a start to the name of its world, in distances for a robot alone
 
+/** Return the colour of words and the ruler: that of lines, or light ones where it is dark. */
+export function inkOn({ background, ink }) {
+  return background[1] > 0.5 ? ink : [0.9, 0.92, 0.94];
+}
+
 /** The robots of a recording, in panels on a canvas. */
 export class Scene {
   #gl;
@@ -189,7 +194,7 @@ export class Scene {
     const strokes = [[0, 1, width / 2], [16, route.high - route.low + 1, width / 4]];
     for (const [offset, count, stroke_width] of strokes) {
       this.#take(...[0, 8].map((end) => [ruler, 2, offset + end, 16]));
-      this.#use("stroke", { ...values, stroke: values.ink, stroke_width });
+      this.#use("stroke", { ...values, stroke: inkOn(values), stroke_width });
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     }
   }
