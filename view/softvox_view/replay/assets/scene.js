@@ -55,13 +55,14 @@ export class Scene {
     // GLSL has its own words floor and active.
     this.#style = { ...style, x_axis, y_axis, floor_colour: style.floor, active_colour: style.active };
     this.#moving = this.#buffer(new Float32Array());
-    const groups = Map.groupBy(bodies, (body) => robots[bodies.indexOf(body)].panel ?? bodies.indexOf(body));
-    this.#panels = [...groups.values()].map((those) => {
+    const groups = [];
+    robots.forEach(({ panel }, i) => (groups[panel ?? i] ??= []).push(i));
+    this.#panels = groups.map((numbers) => {
+      const those = numbers.map((i) => bodies[i]);
       const route = new Route(style, those);
-      const signs = those.map((body) => robots[bodies.indexOf(body)].world ?? null);
+      const signs = numbers.map((i) => robots[i].world ?? null);
       const ruler = this.#buffer(new Float32Array(route.lines().flat()));
       const paths = those.map((body) => this.#buffer(body.path));
-      const numbers = those.map((body) => bodies.indexOf(body));
       return { bodies: those, numbers, route, signs, ruler, paths, loops: robots[numbers[0]].loops };
     });
   }
