@@ -255,6 +255,7 @@ class Stage:
         aside = np.array([math.sin(self.heading), -math.cos(self.heading), 0.0])
         walk = self.walks[robot]
         x, y, depth = self.camera @ [*(walk.path[0] * [1, 1, 0] + 0.13 * self._alone * aside), 1.0]
+        depth = max(depth, NEAR)  # what is behind the camera is far off the picture
         return float(x / depth), float(y / depth)
 
     @property

@@ -242,6 +242,7 @@ def test_a_png_of_the_page_has_the_words_too(page):
 
 
 def test_a_film_is_recorded_until_it_is_stopped(page):
+    page.find_element("css selector", ".softvox-save summary").click()
     button = page.find_element("css selector", ".film")
     assert button.text in ("MP4", "WebM")
     word = button.text

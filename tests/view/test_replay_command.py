@@ -322,6 +322,13 @@ def test_a_glb_moves_a_box_per_voxel(softvox, tmp_path):
     np.testing.assert_allclose(metres, result.frames.position[0, 0, 1, 1, 0])
 
 
+@pytest.mark.parametrize("kind", ["html", "png", "gif", "glb"])
+def test_the_empty_design_is_shown_too(softvox, tmp_path, kind):
+    options = ("--cycles", "1", "--versus", "strain=0.1")
+    assert softvox("0", "6453", "--out", f"a.{kind}", *options)[0] == 0
+    assert softvox("0", "--out", f"b.{kind}", "--cycles", "1")[0] == 0
+
+
 def test_boxes_are_drawn_where_asked_for(softvox, tmp_path):
     for name, options in (("skin", ()), ("boxes", ("--boxes",))):
         assert softvox("6453", "--out", f"{name}.png", *options)[0] == 0

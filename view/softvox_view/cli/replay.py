@@ -57,7 +57,7 @@ widths; a ghost where it started, its path, and a ruler.
 """
 
 USAGE = """\
-softvox replay DESIGN [DESIGN ...] [--out FILE] [--versus WORLD] [options]
+softvox replay DESIGN ... [--out FILE] [--versus WORLD] [options]
        softvox replay --top N [--out FILE] [options]"""
 
 #: The modules that the kinds of output need beyond softvox-gym's own.
@@ -388,7 +388,8 @@ def _drawn(
     picture = panels.picture(lambda result: int(frames_at(result, np.array([moment]))[0]))
     captions = []
     for i, stage in enumerate(panels.stages):
-        signs = [(*stage.sign(k), name) for k, name in enumerate(results)]
+        walks = zip(range(len(stage.walks)), results, strict=False)  # none without voxels
+        signs = [(*stage.sign(k), name) for k, name in walks]
         lines = _labels(results, i)
         captions.append(encode.Caption(lines, signs if len(results) > 1 else []))
     return encode.captioned(picture, captions, args.panel)

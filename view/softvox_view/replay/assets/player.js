@@ -14,7 +14,7 @@ import { Body } from "./bodies.js";
 import { composed, filmed, filmType, glb, keep } from "./export.js";
 import { Filters } from "./filters.js";
 import { HELP, listen } from "./input.js";
-import { Scene } from "./scene.js";
+import { inkOn, Scene } from "./scene.js";
 import { colourOf, Strips } from "./strips.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
@@ -37,7 +37,7 @@ const CONTROLS = `
   <div class="softvox-stage">
     <canvas tabindex="0" role="application"></canvas>
     <div class="softvox-labels"></div>
-    <details class="softvox-sunk"><summary>sunk into the floor?</summary><p></p></details>
+    <details class="softvox-sunk"><summary title="Why is the body under the floor?">sunk?</summary><p></p></details>
   </div>
   <div class="softvox-strips"></div>
   <div class="softvox-controls">
@@ -50,14 +50,15 @@ const CONTROLS = `
       <input type="checkbox" class="boxes"> boxes</label>
     <button type="button" class="reset">reset view</button>
     <button type="button" class="full">full screen</button>
-    <span class="softvox-save">save
+    <details class="softvox-save"><summary>save</summary><div>
       <button type="button" class="png">PNG</button>
       <button type="button" class="film">MP4</button>
       <button type="button" class="glb" title="the voxels and their movement, for other 3-D programs">glb</button>
-    </span>
+    </div></details>
   </div>`;
 
 const made = (tag, values) => Object.assign(document.createElement(tag), values);
+const cssOf = (colour) => `rgb(${colour.map((value) => Math.round(255 * value)).join(" ")})`;
 const clamp = (value, [low, high]) => Math.min(Math.max(value, low), high);
 
 /** Plays recordings in an element; each robot has a panel, and all share one camera. */
@@ -179,6 +180,9 @@ export class SoftvoxPlayer {
     this.#strips?.load(recording, this.#bodies);
     this.#filters?.load(recording);
     this.#find(".frame").max = frames - 1;
+    const stage = this.#find(".softvox-stage");
+    stage.style.setProperty("--stage", cssOf(recording.style.background));
+    stage.style.setProperty("--stage-ink", cssOf(inkOn(recording.style)));
     this.#tellSunk();
     this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
     this.seek(0);

@@ -15,6 +15,11 @@ const FEW_LAYERS = 8; // in panels less high than this, CSS pixels
 const LOW = 160;
 const SIGN = 0.13; // from a start to the name of its world, in distances for a robot alone
 
+/** Return the colour of words and the ruler: that of lines, or light ones where it is dark. */
+export function inkOn({ background, ink }) {
+  return background[1] > 0.5 ? ink : [0.9, 0.92, 0.94];
+}
+
 /** The robots of a recording, in panels on a canvas. */
 export class Scene {
   #gl;
@@ -50,13 +55,14 @@ export class Scene {
     // GLSL has its own words floor and active.
     this.#style = { ...style, x_axis, y_axis, floor_colour: style.floor, active_colour: style.active };
     this.#moving = this.#buffer(new Float32Array());
-    const groups = Map.groupBy(bodies, (body) => robots[bodies.indexOf(body)].panel ?? bodies.indexOf(body));
-    this.#panels = [...groups.values()].map((those) => {
+    const groups = [];
+    robots.forEach(({ panel }, i) => (groups[panel ?? i] ??= []).push(i));
+    this.#panels = groups.map((numbers) => {
+      const those = numbers.map((i) => bodies[i]);
       const route = new Route(style, those);
-      const signs = those.map((body) => robots[bodies.indexOf(body)].world ?? null);
+      const signs = numbers.map((i) => robots[i].world ?? null);
       const ruler = this.#buffer(new Float32Array(route.lines().flat()));
       const paths = those.map((body) => this.#buffer(body.path));
-      const numbers = those.map((body) => bodies.indexOf(body));
       return { bodies: those, numbers, route, signs, ruler, paths, loops: robots[numbers[0]].loops };
     });
   }
@@ -189,7 +195,7 @@ export class Scene {
     const strokes = [[0, 1, width / 2], [16, route.high - route.low + 1, width / 4]];
     for (const [offset, count, stroke_width] of strokes) {
       this.#take(...[0, 8].map((end) => [ruler, 2, offset + end, 16]));
-      this.#use("stroke", { ...values, stroke: values.ink, stroke_width });
+      this.#use("stroke", { ...values, stroke: inkOn(values), stroke_width });
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     }
   }
