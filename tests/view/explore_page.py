@@ -25,8 +25,8 @@ def sized(driver, width, height):
 
 
 #: Landscapes of this are done in a moment.
-SHORT = {"duration": "0.4"}
-SHORT_STATE = "duration=0.4"
+SHORT = {"duration": "0.28"}
+SHORT_STATE = "duration=0.28"
 
 
 def opened(driver, page, state=""):

@@ -170,7 +170,7 @@ def test_a_slider_moved_fast_ends_where_it_was_left(driver, page):
     slider.send_keys(*[Keys.ARROW_LEFT] * 6)
     assert shown(driver, "value-friction_static", "value") == "0.7"
     until(lambda: applied(driver) == {**SHORT, "friction_static": "0.7"})
-    assert driver.current_url.endswith("#duration=0.4&friction_static=0.7")
+    assert driver.current_url.endswith("#duration=0.28&friction_static=0.7")
     one(driver, "#reset").click()
     until(lambda: applied(driver) == {})
     assert shown(driver, "value-friction_static", "value") == "1"
@@ -297,12 +297,12 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
         assert picture.size == (680, 750)
     opened_short(driver, page)
     for button, name in {
-        "save-csv": "landscape_duration_0.4.csv",
-        "save-png": "landscape-fitness_duration_0.4.png",
+        "save-csv": "landscape_duration_0.28.csv",
+        "save-png": "landscape-fitness_duration_0.28.png",
     }.items():
         one(driver, f"#{button}").click()
         until((tmp_path / name).exists)
-    with (tmp_path / "landscape_duration_0.4.csv").open(newline="") as file:
+    with (tmp_path / "landscape_duration_0.28.csv").open(newline="") as file:
         fitness = [float(row["fitness"]) for row in csv.DictReader(file)]
     assert fitness == fitness_with().tolist()
     replay = tmp_path / "replay-6453.html"
@@ -432,7 +432,7 @@ def test_a_world_is_a_preset_of_the_physics(driver, page):
     world = {"preset": "slippery", "gravity": "-8", **SHORT}
     until(lambda: applied(driver) == world)
     assert shown(driver, "value-friction_kinetic", "value") == "0.1"
-    physics = replace(reality("slippery").physics, gravity=-8.0, duration=0.4)
+    physics = replace(reality("slippery").physics, gravity=-8.0, duration=0.28)
     assert facts(driver)["fitness"] == [f"{simulate(6453, physics).fitness[0]:.4f}"]
 
 

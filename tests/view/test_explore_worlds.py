@@ -212,7 +212,7 @@ def test_the_robot_is_as_large_as_the_map_and_can_fill_the_page(driver, page):
     assert rectangle(driver, "#robot-panel") == [0, 0, *DESKTOP]
     *_, width, height = rectangle(driver, "#player canvas")
     assert width > 900
-    assert height > 600
+    assert height > map_height
     one(driver, "#robot-panel .screen").click()
     until(lambda: driver.execute_script("return document.fullscreenElement?.id") == "robot-panel")
     driver.execute_script("document.exitFullscreen()")
