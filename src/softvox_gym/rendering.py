@@ -243,6 +243,9 @@ class Stage:
             _cast_shadow(picture, faces, self.camera, light, blur, math.sin(self.elevation))
             self._draw_travel(picture, so_far)
             _draw_cubes(picture, faces, self.camera, line)
+        if len(so_far) > 1:  # the ruler, or a path, may be where the words are
+            plate = picture[:, -(8 + 11 * len(so_far)) * self._letters :, : 120 * self._letters]
+            plate += 0.8 * (np.array(BACKGROUND)[:, None, None] - plate)
         for row, path in enumerate(reversed(so_far)):
             words = f"{np.hypot(*(path[-1] - path[0])[:2]):.2f} voxel widths"
             size = self._letters

@@ -61,7 +61,7 @@ def test_a_rollout_is_deterministic(spec):
 def test_every_render_mode_gives_frames_after_reset_and_after_a_step(spec):
     assert "rgb_array" in spec.make().metadata["render_modes"]
     for mode in spec.make().metadata["render_modes"]:
-        env = spec.make(render_mode=mode)
+        env = spec.make(render_mode=mode, physics={"duration": 0.3})
         env.reset()
         for shown in (env.render(), env.step(env.action_space.sample()) and env.render()):
             frame = shown if mode == "rgb_array" else shown[-1]

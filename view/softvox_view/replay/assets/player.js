@@ -359,7 +359,7 @@ export class SoftvoxPlayer {
 
   /** Write what stands in a panel: names, how far the robot is, the numbers of the ruler. */
   #write(label, { robots, marks, ...place }) {
-    const isSmall = place.width < SMALL;
+    const isSmall = place.width < SMALL * (robots.length > 1 ? 1.7 : 1);
     const names = robots.map((i) => this.#recording.robots[i][isSmall ? "short_label" : "label"]);
     const gone = robots.map((i) => this.#bodies[i].gone(this.#frame).toFixed(2));
     const key = JSON.stringify([names, gone, marks, place]);
