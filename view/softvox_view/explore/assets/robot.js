@@ -27,7 +27,7 @@ export function designOf(text) {
   throw new Refused(`design '${given}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2`);
 }
 
-/** Where a point is seen, as the replay begins: from azimuth -62° and elevation 27°. */
+/** Where a point is seen, from azimuth −62° and elevation 27°. */
 function project([x, y, z]) {
   const [u, v, w] = [x - 1, y - 1, z - 1];
   return [0.8829 * u + 0.4695 * v, 0.2131 * u - 0.4008 * v - 0.891 * w];
