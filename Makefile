@@ -25,6 +25,8 @@ test: $(VENV)/installed
 # Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own, and
 # the package as a stranger gets it: built from the source distribution, held to the published data.
 # Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
+# Left out is what takes long and needs no more of the libraries than its neighbours.
+LOWEST_LEFT_OUT := another_process however_slow sixteen_designs
 LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_env.py \
 	tests/landscapes/test_table.py tests/search/test_adapters.py \
 	tests/search/test_evolution.py tests/search/test_registry.py tests/search/test_run.py \
@@ -40,7 +42,8 @@ test-lowest: sdist
 		"softvox-gym[search,adapters,view,browser-test] @ file://$$(echo $$PWD/dist/*.tar.gz)" \
 		moviepy pytest setuptools
 	cd / && $(abspath $(VENV)-lowest)/bin/softvox verify
-	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS)
+	$(VENV)-lowest/bin/python -m pytest -o filterwarnings=default $(LOWEST_TESTS) \
+		-k 'not ($(shell echo $(LOWEST_LEFT_OUT) | sed 's/ / or /g'))'
 
 verify: $(VENV)/installed
 	$(BIN)/softvox verify
@@ -151,10 +154,11 @@ FUZZ ?= 20000
 fuzz: $(VENV)/installed
 	$(BIN)/python tools/fuzz.py --count $(FUZZ)
 
-sdist: $(VENV)/installed
+sdist:
 	rm -rf dist
-	$(BIN)/python -m pip install --quiet build
-	$(BIN)/python -m build --sdist --outdir dist . > /dev/null
+	$(PYTHON) -m venv $(VENV)-sdist
+	$(VENV)-sdist/bin/python -m pip install --quiet build
+	$(VENV)-sdist/bin/python -m build --sdist --outdir dist . > /dev/null
 
 # In under ten minutes; APPEND=--append adds the rows to the tables in benchmarks.
 benchmark: $(VENV)/installed

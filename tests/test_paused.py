@@ -241,12 +241,16 @@ LARGE = np.ones((1, 12, 12, 12), dtype=np.uint8)
 
 
 def interrupted(sim):
-    """Interrupt a piece on the way, as Ctrl-C does."""
+    """Interrupt a piece on the way, as Ctrl-C does, which a background job ignores."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
     timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        sim.advance(until=np.inf)
-    timer.join()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sim.advance(until=np.inf)
+        timer.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_interrupted_it_stands_still_and_goes_on_to_the_same_bits():
