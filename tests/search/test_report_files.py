@@ -29,6 +29,14 @@ def made_up_truth(monkeypatch):
     monkeypatch.setattr(softvox_gym, "noisy_landscape", noisy_landscape, raising=False)
 
 
+@pytest.fixture
+def quick_pictures(monkeypatch):
+    """Have figures laid out and not encoded; return the list of those drawn."""
+    drawn = []
+    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
+    return drawn
+
+
 def written(folder, made):
     names = write(folder, made)
     assert len(set(names)) == len(names)
@@ -73,12 +81,10 @@ def test_a_comparison_with_noise_has_both_parts(tmp_path):
 
 
 def test_figures_say_at_which_level_and_under_which_policy_searchers_are_compared(
-    tmp_path, monkeypatch
+    tmp_path, quick_pictures
 ):
-    drawn = []
-    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     write(tmp_path, results(*random_runs(["a"], 2, 20, levels=(0.5,), policies=("mean", "all"))))
-    titles = [figure.legends[0].get_title().get_text() for figure in drawn]
+    titles = [figure.legends[0].get_title().get_text() for figure in quick_pictures]
     assert titles[0] == "The searchers ranked, noise level 0.5"
     assert titles[1] == "Regret in raw terms, noise level 0.5, policy mean"
     assert titles[5] == "Regret at fixed budgets, noise level 0.5, policy mean"
@@ -133,11 +139,9 @@ def test_levels_of_noise_have_their_distance_on_their_axis():
         assert np.abs(line.get_xdata() - [0, 0.5, 2]).max() < 0.25
 
 
-def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
+def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, quick_pictures):
     write(tmp_path, results(run(0, "best", [6453]), run(1, "worst", [0])))
-    figure = drawn[-1]  # of fixed budgets
+    figure = quick_pictures[-1]  # of fixed budgets
     figure.draw_without_rendering()
     for axis in figure.axes:
         for line in axis.lines:
@@ -194,6 +198,7 @@ def test_an_experiment_whose_runs_all_failed_says_so(tmp_path):
     assert "**2 failed and left out.**" in files["report.md"].decode()
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     made = results(run(0, "a", [0]), run(7, "b", [0], status="failed"))
     made.runs.loc[1, ["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
@@ -202,6 +207,7 @@ def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     assert "**1 failed and left out.**" in page
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
     runs = [*random_runs(["a"], 3, 120), *(run(9 + i, "tpe", range(i, 60)) for i in range(2))]
     made = results(*runs, budgets={"tpe": {"unique": 60}})
@@ -215,6 +221,7 @@ def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
         assert longer == ["", ""]
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_a_searcher_that_ended_early_keeps_its_value_with_a_mark(tmp_path):
     runs = [run(0, "a", range(120)), run(1, "a", range(60)), run(2, "a", range(60))]
     page = written(tmp_path, results(*runs))["report.md"].decode()
@@ -267,10 +274,7 @@ def test_an_escaped_label_is_shown_as_it_is(label):
     assert text.escaped("random_with_replacement") == "random_with_replacement"
 
 
-def test_a_label_is_text_in_figures_and_on_the_page(tmp_path, monkeypatch):
-    drawn = []
-    encoded = style.encoded
-    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or encoded(made))
+def test_a_label_is_text_in_figures_and_on_the_page(tmp_path, quick_pictures):
     physics, policies = LABELS[:2], LABELS[:1]
     runs = random_runs(LABELS, 2, 60, physics=physics, levels=(0.0,), policies=policies)
     page = written(tmp_path, results(*runs, title=LABELS[1]))["report.md"].decode()
@@ -278,7 +282,8 @@ def test_a_label_is_text_in_figures_and_on_the_page(tmp_path, monkeypatch):
     for label in LABELS[:-1]:
         assert text.escaped(label) in page
         assert label not in page
-    for figure in drawn:
+    assert len(quick_pictures) > 6
+    for figure in quick_pictures:
         words = figure.findobj(matplotlib.text.Text)
         # The labels of the ranking begin with the ranks.
         shown = {re.sub(r"^\d\. ", "", word.get_text()): word for word in words}
@@ -299,6 +304,7 @@ def test_a_command_ends_no_block_of_code():
     assert text.fenced("a") == "```sh\na\n```"
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_a_comparison_on_several_problems_has_a_part_for_each_and_one_for_all(tmp_path):
     shapes = ((2, 2, 2), (3, 3, 3))
     runs = random_runs(["a", "b"], 3, 60, physics=("published", "other"), shapes=shapes)
@@ -400,16 +406,15 @@ def texts_outside(figure):
 
 
 @pytest.mark.parametrize("searchers", [["ga"], ["ga", "random"], ["a", "b", "c", "d", "e"]])
-def test_no_text_is_cut_off(tmp_path, monkeypatch, searchers):
-    drawn = []
-    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
+def test_no_text_is_cut_off(tmp_path, quick_pictures, searchers):
     axes = {"levels": (0.0, 1.0), "policies": ("naive", "all"), "shapes": ((2, 2, 2), (40, 1, 1))}
     write(tmp_path, results(*random_runs(searchers, 2, 40, **axes)))
-    assert len(drawn) > 6
+    assert len(quick_pictures) > 6
     with style.style():
-        assert [texts_outside(figure) for figure in drawn] == [[]] * len(drawn)
+        assert [texts_outside(figure) for figure in quick_pictures] == [[]] * len(quick_pictures)
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_a_comparison_on_larger_lattices_alone_is_reported(tmp_path):
     files = written(tmp_path, results(*random_runs(["a", "b"], 3, 40, shapes=((3, 3, 3),))))
     check_links(files)
