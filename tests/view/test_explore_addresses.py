@@ -120,21 +120,22 @@ def test_what_is_refused_is_no_step_back(driver, page):
 
 def test_a_click_just_before_a_landscape_arrives_is_not_lost(driver, page):
     """The robots of the new landscape are asked for while those of the click are under way."""
-    for delay in (0, 60, 1500):
-        opened_short(driver, page)
+    opened_short(driver, page)
+    for delay, gravity, design in ((0, "-3", "4295"), (60, "-4", "2117"), (600, "-5", "926")):
         driver.execute_script(
-            """const field = document.getElementById("value-gravity");
-            field.value = "-3";
+            """const [delay, gravity, design] = arguments;
+            const field = document.getElementById("value-gravity");
+            field.value = gravity;
             field.dispatchEvent(new Event("change"));
             setTimeout(() => {
-              document.getElementById("find-text").value = "4295";
+              document.getElementById("find-text").value = design;
               document.getElementById("find").requestSubmit();
-            }, arguments[0]);""",
-            delay,
+            }, delay);""",
+            *(delay, gravity, design),
         )
-        until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
-        until(lambda: robots(driver) == "4295")
-        assert state(driver) == f"design=4295&{SHORT_STATE}&gravity=-3"
+        until(lambda gravity=gravity: applied(driver) == {**SHORT, "gravity": gravity})
+        until(lambda design=design: robots(driver) == design)
+        assert state(driver) == f"design={design}&{SHORT_STATE}&gravity={gravity}"
 
 
 def test_the_robot_that_a_click_sets_is_the_one_to_edit(driver, page):
@@ -191,8 +192,7 @@ def test_without_graphics_the_robot_chosen_is_shown_still_and_moves_again_with_t
 
 
 def test_infinite_travel_is_crossed_out(driver, page):
-    opened_short(driver, page)
-    entered(driver, "#value-strain", "1e300")
+    opened(driver, page, f"strain=1e300&{SHORT_STATE}")
     until(lambda: applied(driver) == {**SHORT, "strain": "1e300"})
     assert "designs diverged (\N{MULTIPLICATION SIGN})" in shown(driver, "changes")
     assert shown(driver, "unit").endswith("\N{MULTIPLICATION SIGN}: diverged")
