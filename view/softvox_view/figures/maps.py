@@ -261,7 +261,7 @@ def kept() -> Array:
 def draw_robustness(_: Inputs) -> Figure:
     """Draw the mean under noise against the fitness, and the share that nine draws in ten keep."""
     fitness, mean = softvox_gym.landscape()["fitness"], softvox_gym.noisy_landscape(LEVEL)["mean"]
-    made = style.figure(style.WIDTH, 0.6 * style.WIDTH)
+    made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
     (left, right), (empty, bar) = made.subplots(2, 2, height_ratios=(24, 1))
     empty.set_axis_off()
     left.axline((0, 0), slope=1, color=style.INK, lw=0.6, zorder=2.5)
