@@ -5,6 +5,7 @@ so that a link between two of them holds on the site as it does in a checkout.
 """
 
 from importlib.metadata import version as version_of
+from typing import Any
 
 from pygments.lexers.special import TextLexer
 from sphinx.highlighting import lexers
@@ -66,3 +67,12 @@ html_additional_pages = {"index": "redirect.html"}
 templates_path = ["templates"]
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+
+def setup(app: Any) -> None:
+    """Leave out the fields of named tuples, which their classes' docstrings tell of."""
+
+    def skips(_app: Any, _kind: str, _name: str, value: Any, *_: Any) -> bool | None:
+        return True if type(value).__name__ == "_tuplegetter" else None
+
+    app.connect("autodoc-skip-member", skips)

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from importlib.metadata import metadata
 from pathlib import Path
 
 PROJECT = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]
@@ -35,3 +36,9 @@ def test_the_recipe_for_conda_asks_for_what_the_package_does():
         [f"python{PROJECT['requires-python']}", *PROJECT["dependencies"]]
     )
     assert f"home: {PROJECT['urls']['Homepage']}\n" in recipe
+
+
+def test_the_description_that_ships_has_links_that_hold_anywhere():
+    links = re.findall(r'(?:\]\(|src=")([^)"]+)', metadata("softvox-gym")["Description"])
+    assert any(link.endswith(".gif") for link in links)
+    assert [link for link in links if not link.startswith(("https://", "#"))] == []

@@ -135,7 +135,7 @@ class Design:
 
     @property
     def components(self) -> tuple[tuple[int, ...], ...]:
-        """The pieces that hang together by faces: the sites of each, in order of the first."""
+        """The sites of each piece that hangs together by faces, in order of the first."""
         return _components(bytes(digit != ABSENT for digit in self._digits), self.lattice)
 
     @property

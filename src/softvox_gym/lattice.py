@@ -78,7 +78,7 @@ class Lattice(NamedTuple):
 
     @property
     def has_int64_numbers(self) -> bool:
-        """Whether every design's number fits into an int64: on up to 39 sites."""
+        """Whether every design's number fits into an int64, as on up to 39 sites."""
         return self.sites <= 39
 
     def __str__(self) -> str:

@@ -35,11 +35,11 @@ class State:
     Parameters
     ----------
     time : ndarray, shape (n,)
-        s.
+        Seconds.
     step : ndarray of int, shape (n,)
         Steps taken.
     centre : ndarray, shape (n, 3)
-        m, centre of mass: the mean position of the voxels.
+        Metres, centre of mass: the mean position of the voxels.
     position, velocity : ndarray, shape (n, nx, ny, nz, 3)
         m and m/s, of the centres of the voxels.
     orientation : ndarray, shape (n, nx, ny, nz, 4)
@@ -47,7 +47,7 @@ class State:
     spin : ndarray, shape (n, nx, ny, nz, 3)
         rad/s.
     edge : ndarray, shape (n, nx, ny, nz)
-        m.
+        Metres.
     """
 
     time: NDArray[np.float64]

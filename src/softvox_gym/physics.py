@@ -414,7 +414,7 @@ class Physics:
 
     @property
     def time_step(self) -> Parameter:
-        """Time step, s: the fraction of the fastest axial oscillation that the parameters allow."""
+        """Time step, s, a fraction of the fastest axial oscillation that the parameters allow."""
         stiffness = np.asarray(self.youngs_modulus) * self.edge
         mass = np.asarray(self.density) * _cube(self.edge)
         step = np.asarray(self.time_step_fraction) / (2 * pi * np.sqrt(stiffness / mass))

@@ -162,7 +162,7 @@ class Walk(NamedTuple):
 
     @property
     def way(self) -> Array:
-        """From the path's start to its end, on the floor: (2,)."""
+        """From the path's start to its end, on the floor, shape (2,)."""
         return np.asarray(self.path[-1, :2] - self.path[0, :2])
 
     def moved(self, shift: Array) -> Walk:

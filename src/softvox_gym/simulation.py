@@ -26,13 +26,13 @@ class Frames:
     ----------
     step : ndarray of int, shape (k,)
     time : ndarray, shape (n, k)
-        s.
+        Seconds.
     position : ndarray, shape (n, k, nx, ny, nz, 3)
-        m, centres of the voxels.
+        Metres, centres of the voxels.
     quaternion : ndarray, shape (n, k, nx, ny, nz, 4)
         w, x, y, z.
     edge : ndarray, shape (n, k, nx, ny, nz)
-        m.
+        Metres.
     """
 
     step: NDArray[np.int64]

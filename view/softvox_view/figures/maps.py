@@ -261,8 +261,9 @@ def kept() -> Array:
 def draw_robustness(_: Inputs) -> Figure:
     """Draw the mean under noise against the fitness, and the share that nine draws in ten keep."""
     fitness, mean = softvox_gym.landscape()["fitness"], softvox_gym.noisy_landscape(LEVEL)["mean"]
-    made = style.figure(style.WIDTH, 0.61 * style.WIDTH)
-    left, right = made.subplots(1, 2)
+    made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
+    (left, right), (empty, bar) = made.subplots(2, 2, height_ratios=(24, 1))
+    empty.set_axis_off()
     left.axline((0, 0), slope=1, color=style.INK, lw=0.6, zorder=2.5)
     best, robust = ranked(fitness)[:TOP], ranked(mean)[:TOP]
     dots: dict[str, Any] = {"marker": "o", "ls": "none", "rasterized": True}
@@ -277,15 +278,13 @@ def draw_robustness(_: Inputs) -> Figure:
         words, place = f"{design}: {mean[design]:.2f}", (fitness[design], mean[design])
         left.annotate(words, place, xytext=offset, textcoords="offset points", ha="center")
     side = 1.1 * fitness.max()
-    left.set(xlim=(0, side), ylim=(0, side), aspect="equal", anchor="N")
+    left.set(xlim=(0, side), ylim=(0, side), aspect="equal")
     left.set_xlabel("fitness without noise, voxel widths")
     left.set_ylabel(f"mean fitness at noise level {LEVEL:g}, voxel widths")
     left.set_title("a  what noise leaves of the fitness", loc="left")
-    bar: dict[str, Any] = {"location": "bottom", "shrink": 0.9, "pad": 0.02}
     colours = style.on_white(style.SEQUENTIAL)
     image = show(right, kept(), lines=style.PALE, cmap=colours, vmin=0, vmax=1)
     right.set_title("b  share of the fitness kept in nine draws of ten", loc="left")
-    right.set_anchor("N")
-    scale = made.colorbar(image, ax=right, extend="max", **bar)
+    scale = made.colorbar(image, cax=bar, extend="max", orientation="horizontal")
     scale.set_label(f"10 % quantile / fitness; white: fitness below {FAST:g} voxel width")
     return made

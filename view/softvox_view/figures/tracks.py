@@ -57,7 +57,7 @@ NAMES = [*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2))]
 ROW, FOOT, LEGEND = 2.24, 0.1, 0.38
 
 #: What the words above the panels are.
-FITNESS_ABOVE = f"above each panel: design, and fitness: voxel widths after {PUBLISHED} cycles"
+FITNESS_ABOVE = f"above each panel: design, fitness in voxel widths after {PUBLISHED} cycles"
 ERRORS_ABOVE = "at the right: angle between the displacements, RMS error, means over trials"
 
 #: Share of a panel's half side that the tracks leave free at the sides.
