@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from chromium import NO_WEBGL, WEBGL, chromium, errors, needs_chromium, opened, requests, until
 
-from softvox_gym import Physics, rendering, simulate
+from softvox_gym import Physics, raster, simulate
 from softvox_view import replay
 from softvox_view.replay.still import Panels
 
@@ -546,7 +546,7 @@ def test_what_no_robot_stands_in_is_the_pages_background(driver, folder):
         seen = picture(driver)
         height, width, _ = seen.shape
         empty = seen[height // 2 + 5 :, width // 2 + 5 :]
-        assert (empty == np.rint(np.array(rendering.BACKGROUND) * 255)).all()
+        assert (empty == np.rint(np.array(raster.BACKGROUND) * 255)).all()
     finally:
         driver.set_window_size(size["width"], size["height"])
 

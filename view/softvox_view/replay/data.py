@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import rendering
+from softvox_gym import raster, rendering
 from softvox_gym.design import ABSENT, ACTIVE, Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.rendering import Pose, Walk, fitting_distance, lanes
@@ -162,7 +162,7 @@ def looks() -> dict[str, Any]:
     """Return camera, light and colours of the still pictures, ready for JSON."""
     constants = {
         name.lower(): value
-        for name, value in vars(rendering).items()
+        for name, value in {**vars(raster), **vars(rendering)}.items()
         if name.isupper() and isinstance(value, float | tuple)
     }
     return {**constants, "light": rendering.LIGHT.tolist()}
