@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from softvox_gym import Design, Physics, simulate
+from softvox_gym.motion import rest_pose
 from softvox_view import replay
-from softvox_view.replay.data import bytes_per_frame, rest_pose
+from softvox_view.replay.data import bytes_per_frame
 from softvox_view.replay.still import columns
 
 SHORT = Physics.published().lasting(2)

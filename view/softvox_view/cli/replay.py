@@ -32,13 +32,14 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
+from softvox_gym.motion import frames_of
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality
 from softvox_gym.rendering import png
 from softvox_gym.simulation import Result, simulate, spaced
 from softvox_view import encode, replay
-from softvox_view.replay.data import bytes_per_frame, frames_at, frames_of, labels
+from softvox_view.replay.data import bytes_per_frame, frames_at, labels
 from softvox_view.replay.still import Panels, panel_for
 
 DESCRIPTION = """\
