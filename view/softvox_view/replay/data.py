@@ -18,7 +18,7 @@ from softvox_gym import raster, rendering
 from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import Motion, frames_of
-from softvox_gym.rendering import Pose, fitting_distance, lanes
+from softvox_gym.rendering import fitting_distance, lanes
 from softvox_gym.simulation import Result
 
 FORMAT, VERSION = "softvox-replay", 2
@@ -115,7 +115,7 @@ def lap(result: Result) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        As `recording` does, or where the frames are no whole number per cycle.
+        As `recording` does.
     """
     every = result.physics.frequency_hz * np.ptp(frames_of(result).time[0, :2])
     count = round(1 / float(np.max(every)))
@@ -176,23 +176,6 @@ def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
             last = len(result) - 1
             raise ValueError(f"design {i} of the batch was asked for, which has 0 to {last}")
     return list(designs or range(len(result)))
-
-
-def pose(result: Result, i: int, frame: int) -> Pose:
-    """Return one design of a batch at one moment.
-
-    Its place in the batch and the frame count from 0; past the last frame that the design has, that
-    one is taken. In voxel widths, the voxels in the order of their sites.
-
-    Raises
-    ------
-    ValueError
-        Where the result has no frames, or the place or the frame is out of range.
-    """
-    checked_places(result, (i,))
-    if frame < 0:
-        raise ValueError(f"frame must be at least 0, got {frame}")
-    return Motion.of(result, i).pose(frame)
 
 
 def bytes_per_frame(designs: Iterable[Design]) -> int:
