@@ -29,8 +29,6 @@ export class Scene {
   #buffers = [];
   #moving; // what is drawn at the moment: faces
 
-  shown = null; // numbers of the panels that are drawn; null for all
-
   /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
   static on(canvas) {
     const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, stencil: true });
@@ -68,12 +66,12 @@ export class Scene {
   }
 
   /**
-   * Draw a frame, of a recording that was shown so many times before.
+   * Draw a frame, of a recording that was shown so many times before, in some panels or, for null, all.
    *
    * @returns {{left: number, top: number, width: number, height: number, marks: object[]}[]} Each
    *   panel in CSS pixels, and the texts in it: the numbers of the ruler, and the worlds' names.
    */
-  draw(frame, lap, view) {
+  draw(frame, lap, view, chosen = null) {
     const gl = this.#gl;
     const { canvas } = gl;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
@@ -81,7 +79,7 @@ export class Scene {
       const pixels = Math.max(1, Math.round(shown * ratio));
       if (canvas[side] !== pixels) canvas[side] = pixels;
     }
-    const shown = this.shown ?? this.#panels.map((_, i) => i);
+    const shown = chosen ?? this.#panels.map((_, i) => i);
     const places = arranged(shown.length, canvas.width, canvas.height);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(...this.#style.background, 1);
