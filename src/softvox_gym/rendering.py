@@ -209,13 +209,10 @@ class Stage:
             raster.cast_shadow(picture, faces, self.camera, light, blur, math.sin(self.elevation))
             self._draw_travel(picture, so_far)
             raster.draw_faces(picture, faces, self.camera, line)
-        if len(so_far) > 1:  # the ruler, or a path, may be where the words are
-            plate = picture[:, -(8 + 11 * len(so_far)) * self._letters :, : 120 * self._letters]
-            plate += 0.8 * (np.array(raster.BACKGROUND)[:, None, None] - plate)
-        for row, path in enumerate(reversed(so_far)):
-            words = f"{np.hypot(*(path[-1] - path[0])[:2]):.2f} voxel widths"
-            size = self._letters
-            raster.write(picture, words, 6 * size, self.height - (6 + 11 * row) * size, size)
+        if so_far:
+            gone = [f"{np.hypot(*(path[-1] - path[0])[:2]):.2f}" for path in so_far]
+            size, words = self._letters, f"{'  '.join(gone)} voxel widths"
+            raster.write(picture, words, 6 * size, self.height - 6 * size, size)
         channels = [(channel * 255 + 0.5).astype(np.uint8) for channel in picture]
         return np.stack(channels, axis=-1)
 

@@ -184,6 +184,34 @@ def test_the_strips_show_distance_and_true_volume_in_step(page, result):
     assert lowest == 96  # where it rests: nothing contracts, so there is no trough
 
 
+def test_volume_counts_from_what_was_built(page):
+    """A voxel may be made of parts."""
+    asked(
+        page,
+        """const data = JSON.parse(document.getElementById("recording").textContent);
+        const robots = data.robots.map((robot) => ({ ...robot, scale: robot.scale / 2 }));
+        player.load({ ...data, robots });""",
+    )
+    caption = page.find_elements("css selector", ".softvox-strips figcaption")[1]
+    assert caption.text == "volume, of that at rest: 1.00"
+
+
+def test_the_floor_is_dark_where_the_page_is(page):
+    def scheme(wish):
+        features = [{"name": "prefers-color-scheme", "value": wish}]
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+
+    light = picture(page).mean()
+    try:
+        scheme("dark")
+        until(lambda: picture(page).mean() < 100 < light)
+        page.execute_script("document.documentElement.style.colorScheme = 'light'")
+        asked(page, "player.load(JSON.parse(document.getElementById('recording').textContent))")
+        assert picture(page).mean() == light
+    finally:
+        scheme("light")
+
+
 def test_a_click_on_a_strip_goes_to_that_moment(page):
     from selenium.webdriver import ActionChains
 

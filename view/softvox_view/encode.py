@@ -17,6 +17,7 @@ Picture = NDArray[np.uint8]
 CAPTION_SIZE = 0.05  # of a panel's height
 SMALLEST_CAPTION = 9  # pixels, below which it can't be read
 CAPTION_INK = (26, 31, 41)
+HALO = (249, 250, 251)  # around words that may lie over a robot
 
 
 class Caption(NamedTuple):
@@ -55,7 +56,8 @@ def captioned(picture: Picture, panels: Sequence[Caption], panel: tuple[int, int
             corner = (left + size, top + size * (0.7 + 1.3 * line))
             draw.text(corner, text, fill=CAPTION_INK, font=font)
         for x, y, text in caption.signs:
-            draw.text((left + x, top + y), text, fill=CAPTION_INK, font=font, anchor="mm")
+            look = {"fill": CAPTION_INK, "stroke_width": 1, "stroke_fill": HALO}
+            draw.text((left + x, top + y), text, font=font, anchor="mm", **look)
     return np.asarray(image)
 
 

@@ -19,11 +19,14 @@ export function composed(canvas, texts, onto = document.createElement("canvas"))
   const whole = canvas.getBoundingClientRect();
   context.scale(canvas.width / whole.width, canvas.height / whole.height);
   context.textBaseline = "middle";
+  const halo = getComputedStyle(canvas.parentElement).getPropertyValue("--stage");
   for (const text of texts) {
     const { left, top, height } = text.getBoundingClientRect();
     const { font, color } = getComputedStyle(text);
-    Object.assign(context, { font, fillStyle: color });
-    context.fillText(text.textContent, left - whole.left, top - whole.top + height / 2);
+    const words = [text.textContent, left - whole.left, top - whole.top + height / 2];
+    Object.assign(context, { font, fillStyle: color, strokeStyle: halo, lineWidth: 3, lineJoin: "round" });
+    context.strokeText(...words);
+    context.fillText(...words);
   }
   return onto;
 }

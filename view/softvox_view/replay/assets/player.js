@@ -22,7 +22,7 @@ const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
 const VIEW = { azimuth: 0, elevation: 27, zoom: 1 };
 const CELL = 120; // CSS pixels that a robot of a gallery is wide at least
 const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
-const BESIDE_NAME = 30; // CSS pixels; where the long name has no room, the short one stands
+const BESIDE_NAME = 20; // CSS pixels; where the long name has no room, the short one stands
 const DEEP = 0.02; // voxel widths under the floor that the eye sees
 const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
 
@@ -388,7 +388,7 @@ export class SoftvoxPlayer {
     if (robots.length > 1) {
       spans.forEach((span, k) => (span.style.color = colourOf(robots[k], this.#bodies.length)));
     } else if (!this.#filters) {
-      spans.push(made("span", { className: "gone", textContent: `${gone[0]} voxel widths` }));
+      spans.push(made("span", { className: "gone", textContent: gone[0] + (isSmall ? "" : " voxel widths") }));
     }
     const [width, height] = [place.width, place.height];
     const numbers = marks.map(({ text, place: [x, y] }) => {
