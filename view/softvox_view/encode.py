@@ -56,8 +56,8 @@ def captioned(picture: Picture, panels: Sequence[Caption], panel: tuple[int, int
             corner = (left + size, top + size * (0.7 + 1.3 * line))
             draw.text(corner, text, fill=CAPTION_INK, font=font)
         for x, y, text in caption.signs:
-            look = {"fill": CAPTION_INK, "stroke_width": 1, "stroke_fill": HALO}
-            draw.text((left + x, top + y), text, font=font, anchor="mm", **look)
+            place = left + x, top + y
+            draw.text(place, text, CAPTION_INK, font, "mm", stroke_width=1, stroke_fill=HALO)
     return np.asarray(image)
 
 
