@@ -20,6 +20,7 @@ class Motion(NamedTuple):
     edge: NDArray[Any]  #: (k, m)
     built: Pose  #: before the first frame
     begin: int  #: the frame nearest to when the pump begins
+    ends: NDArray[Any]  #: (2, 3) the centre of mass then, and at the end; NaN where it diverged
 
     @classmethod
     def of(cls, result: Result, i: int, edge: float | None = None) -> Motion:
@@ -40,13 +41,15 @@ class Motion(NamedTuple):
             values[i][:, x, y, z] for values in (frames.position, frames.quaternion, frames.edge)
         )
         finite = np.asarray(np.isfinite(position).all((1, 2)) & np.isfinite(edges).all(1))
+        ends = np.stack([result.start[i], result.end[i]])
         if not finite[0]:
-            return cls(built.position[None], built.quaternion[None], built.edge[None], built, 0)
-        ends, width = int(np.append(finite, False).argmin()), edge or result.physics.edge
+            still = built.position[None], built.quaternion[None], built.edge[None]
+            return cls(*still, built, 0, ends)
+        count, width = int(np.append(finite, False).argmin()), edge or result.physics.edge
         step = float(np.ptp(frames.time[i, :2])) or 1.0
-        begin = min(round(result.physics.settle_time / step), ends - 1)
-        moving = position[:ends] / width, quaternion[:ends], edges[:ends] / width
-        return cls(*moving, built, begin)
+        begin = min(round(result.physics.settle_time / step), count - 1)
+        moving = position[:count] / width, quaternion[:count], edges[:count] / width
+        return cls(*moving, built, begin, ends)
 
     @property
     def last(self) -> int:
@@ -62,8 +65,11 @@ class Motion(NamedTuple):
 
     @property
     def walk(self) -> Walk:
-        """Where it stood when the pump began, and its path from then."""
-        return Walk(self.pose(self.begin), self.centre[self.begin :])
+        """Where it stood when the pump began, and its path from then: as long as the fitness."""
+        path = self.centre[self.begin :]
+        if np.isfinite(self.ends).all():  # frames may lie beside both moments
+            path[[0, -1]] = self.ends
+        return Walk(self.pose(self.begin), path)
 
     def pose(self, frame: int) -> Pose:
         """Return the robot at a frame; past its last, that one."""

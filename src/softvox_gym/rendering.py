@@ -44,6 +44,7 @@ TRAIL_WIDTH = 2.6  # pixels in a picture of 360 rows, and in proportion
 GHOST = 0.17  # opacity of the robot where it stood when the pump began
 RULER_GAP = 0.19  # from the path to the ruler, in distances for a robot alone
 TICK = 0.16  # voxel widths, half of a tick that has a number
+SIGN = 0.18  # from a start back to what stands beside it, in distances for a robot alone
 LANE = 0.3  # between robots in one scene, in distances for a robot alone
 
 MOST_TICKS = 2000  # of a ruler, on either side of the start
@@ -217,10 +218,10 @@ class Stage:
         return np.stack(channels, axis=-1)
 
     def sign(self, robot: int) -> tuple[float, float]:
-        """Return the pixel of the last picture (x, y) in front of where a robot started."""
-        aside = np.array([math.sin(self.heading), -math.cos(self.heading), 0.0])
-        walk = self.walks[robot]
-        x, y, depth = self.camera @ [*(walk.path[0] * [1, 1, 0] + 0.13 * self._alone * aside), 1.0]
+        """Return the pixel of the last picture (x, y) to the left of where a robot started."""
+        ahead = np.array([math.cos(self.heading), math.sin(self.heading), 0.0])
+        place = self.walks[robot].path[0] - SIGN * self._alone * ahead
+        x, y, depth = self.camera @ [*place, 1.0]
         depth = max(depth, NEAR)  # what is behind the camera is far off the picture
         return float(x / depth), float(y / depth)
 

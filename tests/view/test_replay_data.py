@@ -131,6 +131,13 @@ def test_a_robot_at_rest_stands_as_the_simulation_begins(result):
         np.testing.assert_allclose(getattr(built, name), getattr(begins, name), rtol=1e-12)
 
 
+@pytest.mark.parametrize("every", [1, 20, 83])
+def test_a_walk_is_as_long_as_the_fitness_says_whatever_the_frames(every):
+    result = simulate([6453, 2117], SHORT, frames=every)
+    ways = [np.hypot(*Motion.of(result, i).walk.way) for i in range(2)]
+    np.testing.assert_allclose(ways, result.fitness, rtol=1e-12)
+
+
 def test_a_robot_that_slides_far_is_recorded_as_finely():
     slide = replace(Physics.published(), gravity=(30.0, 0.0, -9.81), friction_kinetic=0.0)
     result = simulate(6453, replace(slide, friction_static=0.0), frames=100)

@@ -24,7 +24,7 @@ class Caption(NamedTuple):
     """What is written into a panel."""
 
     lines: Sequence[tuple[str, str]]  # each with a shorter one for where it has no room
-    signs: Sequence[tuple[float, float, str]] = ()  # beside robots: x, y, pixels, and the words
+    signs: Sequence[tuple[float, float, str]] = ()  # x, y, pixels, and the words that end there
 
 
 #: By kind of film, what ffmpeg is told: codec, format of its pixels, the rest.
@@ -56,8 +56,8 @@ def captioned(picture: Picture, panels: Sequence[Caption], panel: tuple[int, int
             corner = (left + size, top + size * (0.7 + 1.3 * line))
             draw.text(corner, text, fill=CAPTION_INK, font=font)
         for x, y, text in caption.signs:
-            place = left + x, top + y
-            draw.text(place, text, CAPTION_INK, font, "mm", stroke_width=1, stroke_fill=HALO)
+            place = left + max(x, font.getlength(text) + size / 2), top + y
+            draw.text(place, text, CAPTION_INK, font, "rm", stroke_width=1, stroke_fill=HALO)
     return np.asarray(image)
 
 

@@ -248,4 +248,5 @@ def _walked(result: Result, i: int, edge: float, *, is_film: bool) -> Filmed | N
         return None
     first, last = (0, 0) if result.diverged[i] else (motion.begin, motion.last)
     poses = [motion.pose(k) for k in (range(first, last + 1) if is_film else (first, last))]
-    return Filmed(Walk(poses[0], motion.centre[first : last + 1]), poses)
+    walk = Walk(poses[0], motion.centre[:1]) if result.diverged[i] else motion.walk
+    return Filmed(walk, poses)

@@ -391,9 +391,13 @@ export class SoftvoxPlayer {
       spans.push(made("span", { className: "gone", textContent: gone[0] + (isSmall ? "" : " voxel widths") }));
     }
     const [width, height] = [place.width, place.height];
-    const numbers = marks.map(({ text, place: [x, y] }) => {
+    const numbers = marks.map(({ text, robot, place: [x, y] }) => {
       const mark = made("span", { className: "mark", textContent: text });
       Object.assign(mark.style, { left: `${x * width}px`, top: `${y * height}px` });
+      if (robot !== undefined) {
+        mark.style.color = colourOf(robots[robot], this.#bodies.length);
+        mark.style.transform = `translate(max(-100%, ${4 - x * width}px), -50%)`;
+      }
       return mark;
     });
     label.replaceChildren(...spans, ...numbers);
