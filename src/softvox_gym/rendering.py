@@ -1,61 +1,39 @@
-"""Pictures of a robot: a small software renderer that needs numpy and nothing else.
+"""Pictures of robots: where they stand and how they look, and the camera that sees them.
 
-Everything drawn here, but lines and letters, is a parallelogram (a face of a cube, its shadow), a
-half of one (faces of the skin are two triangles) or a plane (the floor), and all are handled by one
-identity. A parallelogram holds the points ``c + u a + v b``, with centre ``c`` and half-edges ``a``
-and ``b``. A 3 x 4 projection takes a point to homogeneous pixel
-coordinates, so on that surface ``w (x, y, 1) = M (u, v, 1)``, with a 3 x 3 matrix ``M`` and the
-depth ``w``. The inverse of ``M`` takes a pixel to ``(u, v, 1) / w``. Three functions that are
-linear in the pixel thus give the test for being inside (``|u|, |v| <= 1``), the depth, and the
-perspective-correct distance to the nearest edge. The halves are those of ``u > v`` and ``u < v``.
-
-Pixel coordinates grow to the right and down; the centre of the first pixel is (0.5, 0.5).
+What draws them, pixel by pixel, is `softvox_gym.raster`. Lengths are voxel widths.
 """
 
 from __future__ import annotations
 
 import math
-import struct
-import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import compress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Pose", "Stage", "Walk", "fitting_distance", "lanes", "png", "render"]
+from softvox_gym import raster
+from softvox_gym.raster import INK, NEAR, Array, Faces, png
 
-Array = NDArray[Any]  # geometry is float64; rasters are float32, for speed
+__all__ = ["Pose", "Stage", "Walk", "fitting_distance", "lanes", "png", "render"]
 
 FIELD_OF_VIEW = math.radians(30.0)  # across the shorter side of the picture
 FILL = 4.8  # camera distance in radii of the robot: leaves room for the shadow and a few steps
 SMALLEST_RADIUS = 2.2  # of a 2x2x2 robot at its largest, so that its breathing does not zoom
 AIM = 0.065  # height of the point looked at, in camera distances: the robot sits mid-picture
-NEAR = 0.05  # voxel widths; what comes closer to the camera is not drawn
 
-BAND = 48  # rows of floor drawn at a time: several times faster, as the arrays stay in the cache
-SUPERSAMPLING = 2  # samples per pixel and axis, for cubes and lines
-SEAM = 1e-4  # by which the two triangles of a face overlap, of its half edge
 LINE = 0.017  # half width of the cubes' edges on each face, voxel widths at the point looked at
 THINNEST_LINE = 0.45  # pixels; the same half width for robots seen from afar
 
 LIGHT = np.array([-0.42, -0.30, 1.0]) / math.hypot(0.42, 0.30, 1.0)  # towards the light
 DARKEST = 0.46  # brightness of a face turned right away from the light
-SHADOW = 0.32  # darkening of the floor in the full cast shadow
 PENUMBRA = 0.11  # blur radius of the cast shadow, voxel widths
 
 PASSIVE = (0.30, 0.84, 0.93)  # cyan
 ACTIVE = (0.95, 0.27, 0.22)  # red
-INK = (0.10, 0.12, 0.16)
-BACKGROUND = (0.975, 0.98, 0.985)
-FLOOR = (0.895, 0.91, 0.925)
-GRID_LINE, GRID_STRENGTH = 0.014, 0.20  # half width in voxel widths, opacity
-AXIS_LINE, AXIS_STRENGTH = 0.030, 0.75
-AXIS_COLOURS = ((0.72, 0.36, 0.20), (0.22, 0.52, 0.36))  # +x umber, +y green
-FADE = 0.62  # radius at which the floor has faded to 1/e, in camera distances
 
 AZIMUTH = -62.0  # degrees; from where a robot is seen that has gone nowhere
 NOWHERE = 0.05  # voxel widths; a shorter way has no direction
@@ -66,6 +44,7 @@ TRAIL_WIDTH = 2.6  # pixels in a picture of 360 rows, and in proportion
 GHOST = 0.17  # opacity of the robot where it stood when the pump began
 RULER_GAP = 0.19  # from the path to the ruler, in distances for a robot alone
 TICK = 0.16  # voxel widths, half of a tick that has a number
+SIGN = 0.18  # from a start back to what stands beside it, in distances for a robot alone
 LANE = 0.3  # between robots in one scene, in distances for a robot alone
 
 MOST_TICKS = 2000  # of a ruler, on either side of the start
@@ -75,18 +54,6 @@ CORNERS = np.array([[2 * (c >> axis & 1) - 1.0 for axis in range(3)] for c in ra
 FACES = np.array(
     [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]]
 )
-
-# Letters of five columns, from the left, whose lowest bit is the upper end.
-ALPHABET = "0123456789.-voxelwidths"
-COLUMNS = bytes.fromhex(
-    "3E5149453E 00427F4000 4261514946 2141454B31 1814127F10 2745454539 3C4A494930 0171090503"
-    "3649494936 064949291E 0060600000 0808080808 1C2040201C 3844444438 4428102844 3854545418"
-    "00417F4000 3C4030403C 00447D4000 384444487F 043F444020 7F08040478 4854545420"
-)
-LETTERS = {letter: COLUMNS[5 * k : 5 * k + 5] for k, letter in enumerate(ALPHABET)}
-
-# The corners of a parallelogram, as columns (u, v, 1).
-SIGNS = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,26 +205,23 @@ class Stage:
         picture = self._backdrops[key].copy()
         shapes = [_faces(pose, light, boxes=self.boxes) for pose in poses]
         if shapes:
-            faces = _Faces(*map(np.concatenate, zip(*shapes, strict=True)))
+            faces = Faces(*map(np.concatenate, zip(*shapes, strict=True)))
             blur = PENUMBRA * scale
-            _cast_shadow(picture, faces, self.camera, light, blur, math.sin(self.elevation))
+            raster.cast_shadow(picture, faces, self.camera, light, blur, math.sin(self.elevation))
             self._draw_travel(picture, so_far)
-            _draw_cubes(picture, faces, self.camera, line)
-        if len(so_far) > 1:  # the ruler, or a path, may be where the words are
-            plate = picture[:, -(8 + 11 * len(so_far)) * self._letters :, : 120 * self._letters]
-            plate += 0.8 * (np.array(BACKGROUND)[:, None, None] - plate)
-        for row, path in enumerate(reversed(so_far)):
-            words = f"{np.hypot(*(path[-1] - path[0])[:2]):.2f} voxel widths"
-            size = self._letters
-            _write(picture, words, 6 * size, self.height - (6 + 11 * row) * size, size)
+            raster.draw_faces(picture, faces, self.camera, line)
+        if so_far:
+            gone = [f"{np.hypot(*(path[-1] - path[0])[:2]):.2f}" for path in so_far]
+            size, words = self._letters, f"{'  '.join(gone)} voxel widths"
+            raster.write(picture, words, 6 * size, self.height - 6 * size, size)
         channels = [(channel * 255 + 0.5).astype(np.uint8) for channel in picture]
         return np.stack(channels, axis=-1)
 
     def sign(self, robot: int) -> tuple[float, float]:
-        """Return the pixel of the last picture (x, y) in front of where a robot started."""
-        aside = np.array([math.sin(self.heading), -math.cos(self.heading), 0.0])
-        walk = self.walks[robot]
-        x, y, depth = self.camera @ [*(walk.path[0] * [1, 1, 0] + 0.13 * self._alone * aside), 1.0]
+        """Return the pixel of the last picture (x, y) to the left of where a robot started."""
+        ahead = np.array([math.cos(self.heading), math.sin(self.heading), 0.0])
+        place = self.walks[robot].path[0] - SIGN * self._alone * ahead
+        x, y, depth = self.camera @ [*place, 1.0]
         depth = max(depth, NEAR)  # what is behind the camera is far off the picture
         return float(x / depth), float(y / depth)
 
@@ -315,13 +279,10 @@ class Stage:
 
     def _backdrop(self, target: Array, distance: float, line: float, light: Array) -> Array:
         """Draw what stands still: the floor, the ghosts and the ruler."""
-        tops = range(0, self.height, BAND)
-        bands = [_Tile(0, y, self.width, min(y + BAND, self.height)) for y in tops]
-        floors = [_floor(self.camera, band, target, distance) for band in bands]
-        picture = np.concatenate(floors, axis=1)
+        picture = raster.floor(self.camera, (self.width, self.height), target, distance)
         for walk in self.walks:
             ghost = _faces(walk.start, light, boxes=self.boxes)
-            _draw_cubes(picture, ghost, self.camera, line, GHOST)
+            raster.draw_faces(picture, ghost, self.camera, line, GHOST)
         if self.walks:
             self._draw_ruler(picture)
         return picture
@@ -331,16 +292,18 @@ class Stage:
         low, high = self._reach
         step = _numbered(high - low)
         width = TRAIL_WIDTH * self.height / 360 / 2
-        _stroke(picture, self.camera, [self._on_ruler([low, high], [0, 0])], width, INK)
+        raster.stroke(picture, self.camera, [self._on_ruler([low, high], [0, 0])], width, INK)
         ticks = [
             self._on_ruler([s, s], [0, TICK * (1 if s % step else 2)]) for s in range(low, high + 1)
         ]
-        _stroke(picture, self.camera, ticks, width / 2, INK)
+        raster.stroke(picture, self.camera, ticks, width / 2, INK)
         for s in range(low, high + 1):
             if s % step == 0:
                 [x, y, depth] = self.camera @ [*self._on_ruler([s], [3 * TICK])[0], 1.0]
                 if depth > NEAR:
-                    _write(picture, str(s), x / depth, y / depth, self._letters, is_centred=True)
+                    raster.write(
+                        picture, str(s), x / depth, y / depth, self._letters, is_centred=True
+                    )
 
     def _draw_travel(self, picture: Array, so_far: Sequence[Array]) -> None:
         """Draw the paths so far, and how far along the ruler the first robot is."""
@@ -349,7 +312,7 @@ class Stage:
         if lines:
             along = float(self._along(so_far[0][-1, :2]))
             lines.append(self._on_ruler([0, along], [0, 0]))
-            _stroke(picture, self.camera, lines, width, TRAIL)
+            raster.stroke(picture, self.camera, lines, width, TRAIL)
 
     def _along(self, places: Array) -> Array:
         """Return how far places (..., 2) are along the ruler."""
@@ -491,27 +454,6 @@ def _numbered(length: float) -> int:
     return next((step for step in (1, 2, 5, 10, 20, 50) if length / step <= 8), 100)
 
 
-def png(picture: NDArray[np.uint8]) -> bytes:
-    """Return a picture, uint8 of shape (height, width, 3), as the bytes of a PNG file.
-
-    Source: W3C, "Portable Network Graphics (PNG) Specification", 2003.
-    """
-    height, width, _ = picture.shape
-    rows = picture.reshape(height, 3 * width).astype(np.int16)
-    # Each byte less the one of the pixel to its left: what is even becomes zeros.
-    rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
-    filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    parts = [(b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(content))
-        + name
-        + content
-        + struct.pack(">I", zlib.crc32(name + content))
-        for name, content in parts
-    )
-
-
 def _view(target: Array, distance: float, azimuth: float, elevation: float) -> Array:
     """Return the matrix (3, 4) from points (x, y, z, 1) to right, down and depth; radians."""
     level, rise = math.cos(elevation), math.sin(elevation)
@@ -521,20 +463,7 @@ def _view(target: Array, distance: float, azimuth: float, elevation: float) -> A
     return np.column_stack([rotation, -rotation @ (target + distance * backward)])
 
 
-def _on_floor(camera: Array) -> Array:
-    """Return the part (3, 3) of a projection that concerns floor points (x, y, 1)."""
-    return camera[:, [0, 1, 3]]
-
-
-class _Faces(NamedTuple):
-    """Faces, or the two triangles of each."""
-
-    frame: Array  # (k, 3, 3) as columns the half-edges a and b, with a x b outwards, and the centre
-    half: Array  # (k,) the triangle u > v where 1, u < v where -1, the whole where 0
-    colour: Array  # (k, 3) shaded
-
-
-def _faces(pose: Pose, light: Array, *, boxes: bool) -> _Faces:
+def _faces(pose: Pose, light: Array, *, boxes: bool) -> Faces:
     """Return the faces of a robot that can be seen from outside."""
     position, edge = np.asarray(pose.position, float), np.asarray(pose.edge, float)
     rotation = _rotations(np.asarray(pose.quaternion, float))
@@ -557,11 +486,11 @@ def _faces(pose: Pose, light: Array, *, boxes: bool) -> _Faces:
     middle = (a + c) / 2
     if not is_skin:
         frame = np.stack([(b - a) / 2, (d - a) / 2, middle], -1)
-        return _Faces(frame, np.zeros(len(frame)), colour)
+        return Faces(frame, np.zeros(len(frame)), colour)
     lower = np.stack([(b - a) / 2, (c - b) / 2, middle], -1)
     upper = np.stack([(c - d) / 2, (d - a) / 2, middle], -1)
     half = np.repeat([1.0, -1.0], len(middle))
-    return _Faces(np.concatenate([lower, upper]), half, np.tile(colour, (2, 1)))
+    return Faces(np.concatenate([lower, upper]), half, np.tile(colour, (2, 1)))
 
 
 @lru_cache(maxsize=64)
@@ -601,263 +530,3 @@ def _rotations(quaternion: Array) -> Array:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), -1, 0)
-
-
-class _Quads(NamedTuple):
-    """Those of the faces that a projection sees from outside."""
-
-    face: Array  # (q,) index of the face
-    half: Array  # (q,) as of _Faces
-    inverse: Array  # (q, 3, 3) from (pixel x, pixel y, 1) to (u, v, 1) / w
-    scale: Array  # (q, 2) pixels from the centre to the edges u = 1 and v = 1
-    lower: Array  # (q, 2) bounding box, pixels
-    upper: Array  # (q, 2)
-
-    def bounds(self) -> tuple[Array, Array]:
-        """Return the box around all quads; it is inside out if there are none."""
-        return self.lower.min(axis=0, initial=np.inf), self.upper.max(axis=0, initial=-np.inf)
-
-
-def _project(faces: _Faces, projection: Array) -> _Quads:
-    """Project the faces; what reaches behind the camera is left out."""
-    matrix = projection[:, :3] @ faces.frame
-    matrix[:, :, 2] += projection[:, 3]
-    corner = matrix @ SIGNS
-    # With y down, the outside of a face is seen where u, v turn against x, y.
-    seen = (np.linalg.det(matrix) < 0) & (corner[:, 2].min(axis=1) > NEAR)
-    matrix, corner = matrix[seen], corner[seen]
-    inverse = np.linalg.inv(matrix)
-    gradient = np.linalg.norm(inverse[:, :2, :2], axis=2) * matrix[:, 2, 2:]
-    pixel = corner[:, :2] / corner[:, 2:]
-    lower, upper = pixel.min(axis=2), pixel.max(axis=2)
-    return _Quads(np.flatnonzero(seen), faces.half[seen], inverse, 1 / gradient, lower, upper)
-
-
-class _Tile(NamedTuple):
-    """A rectangle of pixels: left and top included, right and bottom not."""
-
-    left: int
-    top: int
-    right: int
-    bottom: int
-
-    def cut(self, lower: Array, upper: Array) -> _Tile:
-        """Return the pixels of this tile that a box touches; there may be none."""
-        start = np.clip(np.floor(lower), self[:2], self[2:])
-        stop = np.clip(np.ceil(upper), start, self[2:])
-        return _Tile(*map(int, start), *map(int, stop))
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        return self.bottom - self.top, self.right - self.left
-
-    def within(self, outer: _Tile) -> tuple[slice, slice]:
-        """Return where this tile is in an array that holds the outer one."""
-        rows = slice(self.top - outer.top, self.bottom - outer.top)
-        return rows, slice(self.left - outer.left, self.right - outer.left)
-
-    def planes(self, inverse: Array) -> Array:
-        """Evaluate the rows of an inverse projection (r, 3) at each pixel: (r, rows, columns)."""
-        x, y = np.arange(self.left, self.right) + 0.5, np.arange(self.top, self.bottom) + 0.5
-        along_x = (inverse[:, :1] * x).astype(np.float32)
-        along_y = (inverse[:, 1:2] * y + inverse[:, 2:]).astype(np.float32)
-        return np.asarray(along_y[:, :, None] + along_x[:, None, :])
-
-
-def _patches(quads: _Quads, tile: _Tile) -> Iterator[tuple[int, tuple[slice, slice], Array]]:
-    """Yield each quad that reaches into a tile: its number, its window, u/w, v/w and 1/w there."""
-    for q in range(len(quads.face)):
-        box = tile.cut(quads.lower[q], quads.upper[q])
-        if all(box.shape):
-            yield q, box.within(tile), box.planes(quads.inverse[q])
-
-
-def _floor(camera: Array, tile: _Tile, target: Array, distance: float) -> Array:
-    """Draw the floor with its grid and axes: (3, rows, columns), each value from 0 to 1."""
-    # Coordinates relative to a grid point near the target keep single precision precise.
-    anchor = np.array([*np.floor(target[:2]), 1.0])
-    matrix = _on_floor(camera)
-    matrix[:, 2] = matrix @ anchor
-    inverse = np.linalg.inv(matrix)
-    planes = tile.planes(inverse)
-    # At and above the horizon any large depth will do: the floor has faded there.
-    depth = 1 / np.maximum(planes[2], 0.01 / distance)
-    x, y = planes[0] * depth, planes[1] * depth
-    x_step, y_step = (_step(s, inverse[row], inverse[2], depth) for row, s in enumerate((x, y)))
-
-    off_x, off_y = (target - anchor)[:2].tolist()
-    fade = FADE * distance
-    near = np.exp(-(((x - off_x) / fade) ** 2) - ((y - off_y) / fade) ** 2)
-    grid = np.maximum(_grid_lines(x, x_step), _grid_lines(y, y_step)) * GRID_STRENGTH
-    x, y = x + float(anchor[0]), y + float(anchor[1])
-    layers = [
-        (FLOOR, near),
-        (INK, grid * near),
-        (AXIS_COLOURS[0], _half_axis(x, y, y_step) * near),
-        (AXIS_COLOURS[1], _half_axis(y, x, x_step) * near),
-    ]
-    picture = np.empty((3, *tile.shape), np.float32)
-    picture[:] = np.array(BACKGROUND)[:, None, None]
-    for colour, opacity in layers:
-        for channel, value in zip(picture, colour, strict=True):
-            channel += opacity * (value - channel)
-    return picture
-
-
-def _step(s: Array, row: Array, depth_row: Array, depth: Array) -> Array:
-    """Return how much a floor coordinate changes over one pixel."""
-    (ax, ay, _), (dx, dy, _) = row.tolist(), depth_row.tolist()
-    return np.asarray((np.abs(ax - s * dx) + np.abs(ay - s * dy)) * depth)
-
-
-def _grid_lines(s: Array, step: Array) -> Array:
-    """Return the part of each pixel that the lines at the integers cover, exactly box-filtered."""
-
-    def integral(t: Array) -> Array:
-        cell = np.floor(t)
-        return np.asarray(cell * (2 * GRID_LINE) + np.minimum(t - cell, 2 * GRID_LINE))
-
-    low = s - step / 2 + GRID_LINE
-    return np.asarray((integral(low + step) - integral(low)) / step)
-
-
-def _half_axis(along: Array, across: Array, step: Array) -> Array:
-    """Return the opacity of the line from the origin towards positive values."""
-    coverage = np.minimum((AXIS_LINE + step / 2 - np.abs(across)) / step, 2 * AXIS_LINE / step)
-    return np.asarray(np.clip(coverage, 0, 1) * (along > 0) * AXIS_STRENGTH)
-
-
-def _cast_shadow(
-    picture: Array, faces: _Faces, camera: Array, light: Array, blur: float, foreshortening: float
-) -> None:
-    """Darken the floor where the cubes keep the light off; the blur is in pixels."""
-    # First along the light to the floor's (x, y, 1), then from the floor to the picture.
-    along_light = np.eye(3, 4)
-    along_light[:, 2] = -light / light[2]
-    along_light[2] = [0.0, 0.0, 0.0, 1.0]
-    quads = _project(faces, _on_floor(camera) @ along_light)
-    radii = (max(1, round(blur * foreshortening)), max(1, round(blur)))
-    margin = 2 * max(radii)
-    _, height, width = picture.shape
-    frame = _Tile(0, 0, width, height)
-    lower, upper = quads.bounds()
-    # What lies just outside the picture still blurs into it.
-    tile = _Tile(-margin, -margin, width + margin, height + margin).cut(
-        lower - margin, upper + margin
-    )
-    shade = np.zeros(tile.shape, bool)
-    for q, window, (u, v, inverse_depth) in _patches(quads, tile):
-        inside = (np.abs(u) <= inverse_depth) & (np.abs(v) <= inverse_depth)
-        shade[window] |= inside & (quads.half[q] * (u - v) >= -SEAM * inverse_depth)
-    soft = shade.astype(np.float32)
-    for axis in (0, 1, 0, 1):
-        soft = _box_blur(soft, radii[axis], axis)
-    seen = frame.cut(np.array(tile[:2]), np.array(tile[2:]))
-    picture[:, *seen.within(frame)] *= 1 - SHADOW * soft[seen.within(tile)]
-
-
-def _box_blur(image: Array, radius: int, axis: int) -> Array:
-    """Return the running mean over 2 radius + 1 pixels; what is outside the image is 0."""
-    padding = [(0, 0), (0, 0)]
-    padding[axis] = (radius + 1, radius)
-    total = np.moveaxis(np.pad(image, padding).cumsum(axis=axis), axis, 0)
-    mean = (total[2 * radius + 1 :] - total[: -2 * radius - 1]) / (2 * radius + 1)
-    return np.moveaxis(mean, 0, axis)
-
-
-def _draw_cubes(
-    picture: Array, faces: _Faces, camera: Array, line: float, opacity: float = 1.0
-) -> None:
-    """Draw the cubes, supersampled; `line` is the half width of their edges in pixels."""
-    s = SUPERSAMPLING
-    _, height, width = picture.shape
-    frame = _Tile(0, 0, width, height)
-    camera = np.diag([s, s, 1.0]) @ camera
-    quads = _project(faces, camera)
-    lower, upper = quads.bounds()
-    tile = frame.cut(lower / s, upper / s)
-    fine = _Tile(*(s * side for side in tile))
-
-    # The floor hides what has sunk into it; above the horizon there is nothing to hide.
-    nearest = np.maximum(fine.planes(np.linalg.inv(_on_floor(camera))[2:])[0], 0)
-    to_edge = np.full(fine.shape, np.inf, np.float32)
-    drawn = np.zeros(fine.shape, np.intp)  # 0: no face, f + 1: face f
-    for q, window, planes in _patches(quads, fine):
-        inverse_depth = np.maximum(planes[2], 1e-12)
-        u, v = planes[:2] / inverse_depth
-        u_scale, v_scale = quads.scale[q].tolist()
-        margin = np.minimum((1 - np.abs(u)) * u_scale, (1 - np.abs(v)) * v_scale)
-        front = (margin >= 0) & (inverse_depth > nearest[window])
-        if half := float(quads.half[q]):
-            front &= half * (u - v) >= -SEAM
-        np.copyto(nearest[window], inverse_depth, where=front)
-        np.copyto(to_edge[window], margin, where=front)
-        np.copyto(drawn[window], quads.face[q] + 1, where=front)
-
-    ink = np.clip(s * line + 0.5 - to_edge, 0, 1)
-    covered = _shrink((drawn > 0).astype(np.float32))
-    for channel, part in enumerate(picture[:, *tile.within(frame)]):
-        palette = np.concatenate([[0], faces.colour[:, channel]], dtype=np.float32)
-        tone = palette[drawn]
-        tone += ink * (INK[channel] - tone)
-        part += opacity * (_shrink(tone) - covered * part)
-
-
-def _shrink(image: Array) -> Array:
-    """Average the samples of each pixel."""
-    s = SUPERSAMPLING
-    samples: list[Array] = [image[i::s, j::s] for i in range(s) for j in range(s)]
-    return np.asarray(sum(samples[1:], samples[0]) / (s * s))
-
-
-def _stroke(
-    picture: Array, camera: Array, lines: Sequence[Array], width: float, colour: Sequence[float]
-) -> None:
-    """Draw lines through points (k, 3) with a round brush; the width is in pixels."""
-    s = SUPERSAMPLING
-    _, height, columns = picture.shape
-    spots = []
-    for line in lines:
-        x, y, depth = (camera @ np.column_stack([line, np.ones(len(line))]).T)[:, :, None]
-        shown = depth[:, 0] > NEAR
-        pixel = s * np.column_stack([x, y])[shown] / depth[shown]
-        pixel = np.clip(pixel, -9 * s * columns, 9 * s * columns)
-        gone = np.append(0.0, np.hypot(*np.diff(pixel, axis=0).T).cumsum())[: len(pixel)]
-        if len(gone):
-            dense = np.linspace(0, gone[-1], 2 + int(gone[-1]))
-            spots.append(np.column_stack([np.interp(dense, gone, values) for values in pixel.T]))
-    reach = np.arange(-math.ceil(s * width / 2), math.ceil(s * width / 2) + 1)
-    brush = np.array([(i, j) for i in reach for j in reach if math.hypot(i, j) <= s * width / 2])
-    spot = np.concatenate([*spots, np.zeros((0, 2))]).astype(int)
-    spot = np.unique(spot, axis=0)
-    column, row = (spot[:, None] + brush).reshape(-1, 2).T
-    inside = (column >= 0) & (column < s * columns) & (row >= 0) & (row < s * height)
-    column, row = column[inside], row[inside]
-    if not len(row):
-        return
-    left, right, top, bottom = (
-        int(v) // s for spots in (column, row) for v in (spots.min(), spots.max())
-    )
-    tile = _Tile(left, top, right + 1, bottom + 1)
-    mask = np.zeros((s * tile.shape[0], s * tile.shape[1]), np.float32)
-    mask[row - s * tile.top, column - s * tile.left] = 1.0
-    covered = _shrink(mask)
-    whole = _Tile(0, 0, columns, height)
-    for channel, value in zip(picture[:, *tile.within(whole)], colour, strict=True):
-        channel += covered * (value - channel)
-
-
-def _write(
-    picture: Array, text: str, x: float, y: float, size: int, *, is_centred: bool = False
-) -> None:
-    """Write into a picture; x and y are the lower left of the letters, or the middle above them."""
-    columns = [column for letter in text for column in (*LETTERS.get(letter, bytes(3)), 0)]
-    dots = np.array([[column >> bit & 1 for column in columns] for bit in range(8)], bool)
-    dots = dots.repeat(size, axis=0).repeat(size, axis=1)
-    left = round(x - dots.shape[1] / 2) if is_centred else round(x)
-    top = round(y) if is_centred else round(y) - dots.shape[0]
-    row, column = np.nonzero(dots)
-    row, column = row + top, column + left
-    inside = (row >= 0) & (row < picture.shape[1]) & (column >= 0) & (column < picture.shape[2])
-    picture[:, row[inside], column[inside]] = np.array(INK)[:, None]

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from softvox_gym import Design, Physics, simulate
+from softvox_gym.motion import Motion, rest_pose
 from softvox_view import replay
-from softvox_view.replay.data import bytes_per_frame, rest_pose
+from softvox_view.replay.data import bytes_per_frame
 from softvox_view.replay.still import columns
 
 SHORT = Physics.published().lasting(2)
@@ -109,11 +110,6 @@ def test_a_run_that_ends_before_the_others_keeps_its_last_pose():
     assert (centres(shorter)[shorter["last"] :] == centres(shorter)[-1]).all()
 
 
-def test_a_frame_before_the_first_is_refused():
-    with pytest.raises(ValueError, match="frame must be at least 0, got -1"):
-        replay.pose(simulate(6453, frames=500), 0, -1)
-
-
 def test_a_run_that_diverges_at_once_is_shown_as_built():
     phase = np.zeros((2, 2, 2, 2))
     phase[1] = 2.0**60  # too far to have parts of a turn
@@ -125,14 +121,21 @@ def test_a_run_that_diverges_at_once_is_shown_as_built():
     assert robot["fitness"] is None
     assert robot["label"] == "6453 · 00021222 · diverged"
     built = rest_pose(Design(6453).array)
-    np.testing.assert_array_equal(replay.pose(result, 1, 9).position, built.position)
+    np.testing.assert_array_equal(Motion.of(result, 1).pose(9).position, built.position)
     json.dumps(data, allow_nan=False)
 
 
 def test_a_robot_at_rest_stands_as_the_simulation_begins(result):
-    built, begins = rest_pose(Design(6453).array), replay.pose(result, 0, 0)
+    built, begins = rest_pose(Design(6453).array), Motion.of(result, 0).pose(0)
     for name in ("position", "quaternion", "edge", "active"):
         np.testing.assert_allclose(getattr(built, name), getattr(begins, name), rtol=1e-12)
+
+
+@pytest.mark.parametrize("every", [1, 20, 83])
+def test_a_walk_is_as_long_as_the_fitness_says_whatever_the_frames(every):
+    result = simulate([6453, 2117], SHORT, frames=every)
+    ways = [np.hypot(*Motion.of(result, i).walk.way) for i in range(2)]
+    np.testing.assert_allclose(ways, result.fitness, rtol=1e-12)
 
 
 def test_a_robot_that_slides_far_is_recorded_as_finely():
@@ -159,7 +162,7 @@ def test_places_outside_the_batch_and_strides_below_one_are_refused(result):
     with pytest.raises(ValueError, match="design 3 of the batch was asked for, which has 0 to 2"):
         replay.recording(result, 3)
     with pytest.raises(ValueError, match="design -1 of the batch"):
-        replay.pose(result, -1, 0)
+        replay.still(result, -1)
     with pytest.raises(ValueError, match="stride must be at least 1, got 0"):
         replay.recording(result, stride=0)
 

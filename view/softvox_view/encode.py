@@ -17,13 +17,14 @@ Picture = NDArray[np.uint8]
 CAPTION_SIZE = 0.05  # of a panel's height
 SMALLEST_CAPTION = 9  # pixels, below which it can't be read
 CAPTION_INK = (26, 31, 41)
+HALO = (249, 250, 251)  # around words that may lie over a robot
 
 
 class Caption(NamedTuple):
     """What is written into a panel."""
 
     lines: Sequence[tuple[str, str]]  # each with a shorter one for where it has no room
-    signs: Sequence[tuple[float, float, str]] = ()  # beside robots: x, y, pixels, and the words
+    signs: Sequence[tuple[float, float, str]] = ()  # x, y, pixels, and the words that end there
 
 
 #: By kind of film, what ffmpeg is told: codec, format of its pixels, the rest.
@@ -55,7 +56,8 @@ def captioned(picture: Picture, panels: Sequence[Caption], panel: tuple[int, int
             corner = (left + size, top + size * (0.7 + 1.3 * line))
             draw.text(corner, text, fill=CAPTION_INK, font=font)
         for x, y, text in caption.signs:
-            draw.text((left + x, top + y), text, fill=CAPTION_INK, font=font, anchor="mm")
+            place = left + max(x, font.getlength(text) + size / 2), top + y
+            draw.text(place, text, CAPTION_INK, font, "rm", stroke_width=1, stroke_fill=HALO)
     return np.asarray(image)
 
 

@@ -64,6 +64,18 @@ def whole_number(text: str) -> int:
     return int(text)
 
 
+def add_shape(parser: argparse.ArgumentParser) -> None:
+    """Add --shape."""
+    parser.add_argument(
+        "--shape",
+        type=whole_number,
+        nargs=3,
+        default=(2, 2, 2),
+        metavar=("NX", "NY", "NZ"),
+        help="the lattice (default: 2 2 2)",
+    )
+
+
 def add_threads(parser: argparse.ArgumentParser) -> None:
     """Add --threads."""
     parser.add_argument(

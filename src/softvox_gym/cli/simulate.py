@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from softvox_gym.cli.parser import add_physics, add_threads, physics_of, whole_number
+from softvox_gym.cli.parser import add_physics, add_shape, add_threads, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design, written
 from softvox_gym.files import check_file, write_file
@@ -52,14 +52,7 @@ def add_parser(commands: Any) -> None:
         usage="softvox simulate DESIGN [--json] [--frames FILE.npz] [options]",
     )
     parser.add_argument("design", metavar="DESIGN", help="a number or digits")
-    parser.add_argument(
-        "--shape",
-        type=whole_number,
-        nargs=3,
-        default=(2, 2, 2),
-        metavar=("NX", "NY", "NZ"),
-        help="the lattice (default: 2 2 2)",
-    )
+    add_shape(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument(
         "--check-step",

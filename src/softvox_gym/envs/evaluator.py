@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import ACTIVE, BodyFacts, checked_digits
+from softvox_gym.design import BodyFacts, checked_digits
 from softvox_gym.engine import step_count
 from softvox_gym.evaluation import (
     SAMPLES_PER_CYCLE,
@@ -19,6 +19,7 @@ from softvox_gym.evaluation import (
 )
 from softvox_gym.landscapes.table import LATTICE, looked_up
 from softvox_gym.lattice import Lattice
+from softvox_gym.motion import Motion
 from softvox_gym.noise import Perturbation
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
@@ -236,27 +237,16 @@ def _filmed(result: Result | None, n: int, evaluator: Evaluator) -> list[Filmed 
     """
     if result is None or not n:
         return []
-    physics, is_film = evaluator.physics, evaluator.render_mode == "rgb_array_list"
+    edge, is_film = evaluator.physics.edge, evaluator.render_mode == "rgb_array_list"
     firsts = range(0, len(result), len(result) // n)
-    return [_walked(result, i, physics, is_film=is_film) for i in firsts]
+    return [_walked(result, i, edge, is_film=is_film) for i in firsts]
 
 
-def _walked(result: Result, i: int, physics: Physics, *, is_film: bool) -> Filmed | None:
-    assert result.frames is not None
-    frames, present = result.frames, result.designs[i] > 0
-    if not present.any():
+def _walked(result: Result, i: int, edge: float, *, is_film: bool) -> Filmed | None:
+    motion = Motion.of(result, i, edge)
+    if not len(motion.built.active):
         return None
-    position, quaternion, edge = (
-        values[i][:, present] for values in (frames.position, frames.quaternion, frames.edge)
-    )
-    shown = np.flatnonzero(
-        np.isfinite(position).all((1, 2)) & (frames.time[i] >= physics.settle_time)
-    )
-    if result.diverged[i] or not len(shown):
-        shown = np.zeros(1, int)
-    active, site = result.designs[i][present] == ACTIVE, np.argwhere(present)
-    poses = [
-        Pose(position[k] / physics.edge, quaternion[k], edge[k] / physics.edge, active, site)
-        for k in (shown if is_film else shown[[0, -1]])
-    ]
-    return Filmed(Walk(poses[0], position[shown].mean(axis=1) / physics.edge), poses)
+    first, last = (0, 0) if result.diverged[i] else (motion.begin, motion.last)
+    poses = [motion.pose(k) for k in (range(first, last + 1) if is_film else (first, last))]
+    walk = Walk(poses[0], motion.centre[:1]) if result.diverged[i] else motion.walk
+    return Filmed(walk, poses)

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.cli.landscape import ranking
 from softvox_gym.cli.parser import (
     add_physics,
+    add_shape,
     add_threads,
     named,
     number,
@@ -32,13 +34,14 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
+from softvox_gym.motion import frames_of
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality
 from softvox_gym.rendering import png
 from softvox_gym.simulation import Result, simulate, spaced
 from softvox_view import encode, replay
-from softvox_view.replay.data import bytes_per_frame, frames_at, frames_of, labels
+from softvox_view.replay.data import bytes_per_frame, frames_at, labels
 from softvox_view.replay.still import Panels, panel_for
 
 DESCRIPTION = """\
@@ -122,14 +125,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="draw each voxel as the cube that it is in the model; else neighbours share corners",
     )
-    parser.add_argument(
-        "--shape",
-        type=whole_number,
-        nargs=3,
-        default=(2, 2, 2),
-        metavar=("NX", "NY", "NZ"),
-        help="the lattice (default: 2 2 2)",
-    )
+    add_shape(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="default: replay-DESIGN.html in this folder"
     )
@@ -187,7 +183,8 @@ def run(args: Namespace) -> int:
     with bad_input("--out"):
         check_file(args.out, force=args.force)
     if args.top:
-        content, shown = _gallery(args, physics)
+        with bad_input():
+            content, shown = _gallery(args, physics)
     else:
         every = _every(args, list(worlds.values()), designs)
         with bad_input():
@@ -258,24 +255,23 @@ def _made(args: Namespace, results: Mapping[str, Result]) -> bytes:
 
 def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
     """Return a page with the fittest of every symmetry class, and what it shows."""
-    fitness = np.nan_to_num(landscape(physics)["fitness"], nan=-1.0)
-    classes = symmetry_classes()
-    order = np.argsort(-fitness, kind="stable")
+    table, classes = landscape(physics), symmetry_classes()
+    order = ranking(table)["design"]
+    if not len(order):
+        raise BadInputError("--top: no design has a fitness here, all diverge")
     _, first = np.unique(classes[order], return_index=True)
     designs = order[np.sort(first)[: args.top]]
-    alike = np.bincount(classes)[classes[designs]]
     every = max(1, round(1 / (LAP * float(physics.frequency_hz) * float(physics.time_step))))
     result = simulate(designs, physics, frames=every, threads=args.threads)
     recording = replay.lap(result)
     for rank, robot in enumerate(recording["robots"]):
         robot["short_label"] = f"{rank + 1} · {robot['short_label']}"
-        robot["alike"] = int(alike[rank])
     title = f"The fittest {len(designs)} robots, one of each symmetry class"
     few = range(min(len(designs), 12))
     page = replay.page(
         recording, replay.still(result, *few), title=title, speed=args.speed, gallery=True
     )
-    return page.encode(), f"{len(designs)} robots, {fitness[designs[0]]:.2f} and less"
+    return page.encode(), f"{len(designs)} robots, {result.fitness[0]:.2f} and less"
 
 
 def _physics(args: Namespace) -> Physics:
@@ -299,10 +295,12 @@ def _check(args: Namespace) -> None:
         raise BadInputError(f"--top makes a page; --out must end in .html, not {args.kind}")
     if args.top and (args.fps or args.boxes):
         raise BadInputError(f"--fps and --boxes are not for --top; the page shows {LAP} a cycle")
+    if args.top and tuple(args.shape) != Lattice():
+        raise BadInputError("--shape is not for --top, whose landscape is that of 2 2 2")
     if args.kind == ".png" and args.fps is not None:
         raise BadInputError("--fps is for films and pages; a .png shows one moment")
     if args.kind in RECORDED and args.width is not None:
-        raise BadInputError("--width is for films and .png; a page is as wide as its window")
+        raise BadInputError("--width is for films and .png")
     if args.kind == ".glb" and args.boxes:
         raise BadInputError("--boxes is for pictures; a .glb holds boxes always")
     if absent := [module for module in NEEDS[args.kind] if find_spec(module) is None]:
@@ -332,8 +330,8 @@ def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) ->
         needed = args.fps or FEWEST_PER_CYCLE * frequency
         if needed > most:
             raise BadInputError(
-                f"the page would hold {needed * seconds * size / 1e6:.3g} MB of movement, and at "
-                f"most {MOST_BYTES / 1e6:g} MB are put into one; give fewer designs, less time "
+                f"{args.out} would hold {needed * seconds * size / 1e6:.3g} MB of movement, and at "
+                f"most {MOST_BYTES / 1e6:g} MB are put into a file; give fewer designs, less time "
                 "(--cycles) or a lower --fps"
             )
         fps = args.fps or min(PER_CYCLE * frequency, most)

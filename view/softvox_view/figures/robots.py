@@ -21,11 +21,11 @@ from softvox_gym.design import ABSENT, Design
 from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.analysis.graph import all_digits
 from softvox_gym.landscapes.analysis.symmetry import symmetries
+from softvox_gym.motion import rest_pose
 from softvox_gym.physics import ACTUATIONS, Physics
 from softvox_gym.rendering import ACTIVE, PASSIVE, render
 from softvox_gym.simulation import simulate
 from softvox_view.figures import Inputs, style
-from softvox_view.replay.data import rest_pose
 
 Array = NDArray[np.float64]
 

@@ -1,8 +1,8 @@
 """Replays: what a player in a browser needs to show robots moving, and the page around it."""
 
-from softvox_view.replay.data import lap, pose, recording, versus
+from softvox_view.replay.data import lap, recording, versus
 from softvox_view.replay.gltf import glb
 from softvox_view.replay.page import SPEED, page, script, style
 from softvox_view.replay.still import still
 
-__all__ = ["SPEED", "glb", "lap", "page", "pose", "recording", "script", "still", "style", "versus"]
+__all__ = ["SPEED", "glb", "lap", "page", "recording", "script", "still", "style", "versus"]

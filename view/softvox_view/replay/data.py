@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import rendering
-from softvox_gym.design import ABSENT, ACTIVE, Design
+from softvox_gym import raster, rendering
+from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
-from softvox_gym.rendering import Pose, Walk, fitting_distance, lanes
-from softvox_gym.simulation import Frames, Result
+from softvox_gym.motion import Motion, frames_of
+from softvox_gym.rendering import fitting_distance, lanes
+from softvox_gym.simulation import Result
 
 FORMAT, VERSION = "softvox-replay", 2
 
@@ -98,7 +99,7 @@ def versus(worlds: Mapping[str, Result], *designs: int) -> dict[str, Any]:
     moments = shared_moments(list(worlds.values()), np.ptp(frames_of(first).time[0, :2]))
     robots = []
     for panel, i in enumerate(places):
-        shifts = lanes([walk(result, i) for result in worlds.values()])
+        shifts = lanes([Motion.of(result, i).walk for result in worlds.values()])
         for (name, result), shift in zip(worlds.items(), shifts, strict=True):
             label, short = labels(result, i, world=name, design=first.design(i))
             own = {"label": label, "short_label": short, "world": name}
@@ -114,7 +115,7 @@ def lap(result: Result) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        As `recording` does, or where the frames are no whole number per cycle.
+        As `recording` does.
     """
     every = result.physics.frequency_hz * np.ptp(frames_of(result).time[0, :2])
     count = round(1 / float(np.max(every)))
@@ -162,17 +163,10 @@ def looks() -> dict[str, Any]:
     """Return camera, light and colours of the still pictures, ready for JSON."""
     constants = {
         name.lower(): value
-        for name, value in vars(rendering).items()
+        for name, value in {**vars(raster), **vars(rendering)}.items()
         if name.isupper() and isinstance(value, float | tuple)
     }
     return {**constants, "light": rendering.LIGHT.tolist()}
-
-
-def frames_of(result: Result) -> Frames:
-    """Return the frames of a result; ValueError where it has none."""
-    if result.frames is None:
-        raise ValueError("the result has no frames; simulate(..., frames=20) keeps every 20th step")
-    return result.frames
 
 
 def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
@@ -182,50 +176,6 @@ def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
             last = len(result) - 1
             raise ValueError(f"design {i} of the batch was asked for, which has 0 to {last}")
     return list(designs or range(len(result)))
-
-
-def pose(result: Result, i: int, frame: int) -> Pose:
-    """Return one design of a batch at one moment.
-
-    Its place in the batch and the frame count from 0; past the last frame that the design has, that
-    one is taken. In voxel widths, the voxels in the order of their sites.
-
-    Raises
-    ------
-    ValueError
-        Where the result has no frames, or the place or the frame is out of range.
-    """
-    checked_places(result, (i,))
-    if frame < 0:
-        raise ValueError(f"frame must be at least 0, got {frame}")
-    position, quaternion, edge = movement(result, i, frame + 1)
-    built = rest_pose(result.designs[i])
-    return Pose(position[-1], quaternion[-1], edge[-1], built.active, built.site)
-
-
-def walk(result: Result, i: int) -> Walk:
-    """Return where one design of a batch stood when the pump began, and its path from then."""
-    position = movement(result, i)[0]
-    begin = min(settled(result), len(position) - 1)
-    path = position[begin:].mean(axis=1) if position.size else np.zeros((1, 3))
-    return Walk(pose(result, i, begin), path)
-
-
-def settled(result: Result) -> int:
-    """Return the frame with which the pump begins."""
-    frames = frames_of(result)
-    step = float(np.ptp(frames.time[0, :2])) or 1.0
-    return min(round(result.physics.settle_time / step), len(frames.step) - 1)
-
-
-def rest_pose(digits: NDArray[np.uint8]) -> Pose:
-    """Return a design, an array of digits indexed [x, y, z], as it is built.
-
-    Its voxels come in the order of their sites.
-    """
-    site = np.argwhere(digits.T != ABSENT)[:, ::-1]
-    upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(site), 1))
-    return Pose(site + 0.5, upright, np.ones(len(site)), digits[tuple(site.T)] == ACTIVE, site)
 
 
 def bytes_per_frame(designs: Iterable[Design]) -> int:
@@ -275,34 +225,14 @@ def clock_of(result: Result, i: int) -> tuple[float, float]:
     return step, frequency
 
 
-def movement(result: Result, i: int, end: int | None = None) -> tuple[NDArray[Any], ...]:
-    """Return position, quaternion and edge of a design's voxels, frames first, in voxel widths.
-
-    They go up to a frame, or the first that the design lacks; as built where that is frame 0.
-    """
-    frames, digits = frames_of(result), result.designs[i]
-    x, y, z = np.nonzero(digits.T != ABSENT)[::-1]
-    position, quaternion, edge = (
-        values[i, :end][:, x, y, z] for values in (frames.position, frames.quaternion, frames.edge)
-    )
-    finite = np.asarray(np.isfinite(position).all((1, 2)) & np.isfinite(edge).all(1))
-    if not finite[0]:
-        built = rest_pose(digits)
-        return built.position[None], built.quaternion[None], built.edge[None]
-    ends, width = int(np.append(finite, False).argmin()), result.physics.edge
-    return position[:ends] / width, quaternion[:ends], edge[:ends] / width
-
-
 def _robot(result: Result, i: int, frames: NDArray[np.int64]) -> dict[str, Any]:
     """Return what a recording tells of one design of a batch at some frames, in order."""
-    design, first = result.design(i), pose(result, i, 0)
-    position, quaternion, edge = movement(result, i)
-    shown = frames[frames < len(edge)].max(initial=frames[0])
+    design, motion = result.design(i), Motion.of(result, i)
+    position, quaternion, edge, *_ = motion
+    shown = frames[frames <= motion.last].max(initial=frames[0])
     last = int(np.flatnonzero(frames == shown)[0])
-    kept = np.minimum(frames[np.minimum(np.arange(len(frames)), last)], len(edge) - 1)
-    centre = np.zeros((len(edge), 1, 3))
-    if design.n_voxels:
-        centre = position.mean(axis=1, keepdims=True)
+    kept = np.minimum(frames[np.minimum(np.arange(len(frames)), last)], motion.last)
+    centre = motion.centre[:, None]
     scale = max(float(np.abs(values).max(initial=1.0)) for values in (position - centre, edge))
     label, short_label = labels(result, i)
 
@@ -317,8 +247,8 @@ def _robot(result: Result, i: int, frames: NDArray[np.int64]) -> dict[str, Any]:
         "shape": list(design.lattice),
         "fitness": None if result.diverged[i] else float(result.fitness[i]),
         "last": last,
-        "distance": fitting_distance(first),
-        "active": first.active.astype(int).tolist(),
+        "distance": fitting_distance(motion.pose(0)),
+        "active": motion.built.active.astype(int).tolist(),
         "scale": scale,
         "centre": _base64(centre[kept].astype("<f4")),
         "position": counts((position - centre) / scale),

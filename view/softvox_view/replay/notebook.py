@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softvox_gym.design import Design
+from softvox_gym.motion import rest_pose
 from softvox_gym.rendering import render
 from softvox_gym.simulation import Result
 from softvox_view.replay import data
@@ -51,7 +52,7 @@ def notebook(value: Design | Result) -> str:
 
 def _built(designs: Sequence[Design]) -> str:
     width, height = PANEL
-    built = [data.rest_pose(design.array) for design in designs]
+    built = [rest_pose(design.array) for design in designs]
     picture = beside([render(pose, width=width, height=height) for pose in built])
     names = "; ".join(data.name_of(design) for design in designs)
     return f'<img alt="{html.escape(names)}" src="{data_url(picture)}">'

@@ -5,13 +5,15 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.rendering import Pose, Stage, lanes, png
+from softvox_gym.motion import Motion, frames_of
+from softvox_gym.rendering import Stage, lanes, png
 from softvox_gym.simulation import Result
-from softvox_view.replay.data import checked_places, frames_of, movement, rest_pose, settled, walk
+from softvox_view.replay.data import checked_places
 
 #: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
 COARSE = 4
@@ -41,38 +43,28 @@ class Panels:
         boxes: bool = False,
     ) -> None:
         self.stages: list[Stage] = []
-        self._robots: list[list[Callable[[Callable[[Result], int]], tuple[Pose, int]]]] = []
+        self._scenes: list[list[tuple[Result, Motion, NDArray[np.float64]]]] = []
         for scene in scenes:
-            walks = [walk(result, i) for result, i in scene]
+            motions = [Motion.of(result, i) for result, i in scene]
+            walks = [motion.walk for motion in motions]
             shifts = lanes(walks)
             moved = [one.moved(shift) for one, shift in zip(walks, shifts, strict=True)]
             self.stages.append(Stage(moved, width=panel[0], height=panel[1], boxes=boxes))
-            self._robots.append(
-                [_moving(*robot, shift) for robot, shift in zip(scene, shifts, strict=True)]
-            )
+            results = [result for result, _ in scene]
+            self._scenes.append(list(zip(results, motions, shifts, strict=True)))
 
     def picture(self, frame_of: Callable[[Result], int]) -> NDArray[np.uint8]:
         """Draw the frame that each result has at a moment; past a robot's last, that one."""
         drawn = []
-        for stage, robots in zip(self.stages, self._robots, strict=True):
-            shown = [robot(frame_of) for robot in robots]
-            drawn.append(stage.picture([pose for pose, _ in shown], [k for _, k in shown]))
+        for stage, robots in zip(self.stages, self._scenes, strict=True):
+            poses, moments = [], []
+            for result, motion, shift in robots:
+                frame = min(frame_of(result), motion.last)
+                pose = motion.pose(frame)
+                poses.append(replace(pose, position=pose.position + shift))
+                moments.append(max(0, frame - motion.begin))
+            drawn.append(stage.picture(poses, moments))
         return beside(drawn)
-
-
-def _moving(
-    result: Result, i: int, shift: NDArray[np.float64]
-) -> Callable[[Callable[[Result], int]], tuple[Pose, int]]:
-    """Return what gives a robot's pose, moved aside, and its moment since the pump began."""
-    position, quaternion, edge = movement(result, i)
-    built, begin = rest_pose(result.designs[i]), settled(result)
-
-    def at(frame_of: Callable[[Result], int]) -> tuple[Pose, int]:
-        k = min(frame_of(result), len(edge) - 1)
-        pose = Pose(position[k] + shift, quaternion[k], edge[k], built.active, built.site)
-        return pose, max(0, k - begin)
-
-    return at
 
 
 def still(

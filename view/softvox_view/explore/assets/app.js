@@ -27,9 +27,6 @@ const MAPS = ["map", "map-b"];
 const FADED = 0.88; // how far what does not pass a filter fades into a light grey
 const GREY = 228;
 
-const night = matchMedia("(prefers-color-scheme: dark)");
-const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
-
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const part = (names) => (state) => Object.fromEntries(names.map((name) => [name, state[name]]));
 const pathOf = part(PATH);
@@ -319,18 +316,11 @@ async function showRobots(physics) {
   }
   const isFirst = !player;
   player ??= new SoftvoxPlayer(find("player"));
-  play();
+  player.load(shown.recording, pictureOfRobots(shown.recording.robots.map(({ design }) => design)));
   if (isFirst) player.autoplay();
   find("robot-panel").dataset.designs = designs.join(" ");
   showFacts();
   settle();
-}
-
-/** Let the player have what is shown, by night on a dark floor. */
-function play() {
-  const { recording } = shown;
-  const style = { ...recording.style, ...(night.matches ? NIGHT : {}) };
-  player.load({ ...recording, style }, pictureOfRobots(recording.robots.map(({ design }) => design)));
 }
 
 /** Fill the table with the robots that are shown. */
@@ -433,12 +423,7 @@ for (const [what, handler] of Object.entries(actions)) {
   });
 }
 addEventListener("hashchange", show);
-night.addEventListener("change", () => {
-  showScatter({});
-  const { frame } = player ?? {};
-  if (player) play();
-  player?.seek(frame);
-});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => showScatter({}));
 
 sayTouch();
 find("versus").append(...Object.keys(known.presets).map((name) => new Option(name.replaceAll("_", " "), name)));

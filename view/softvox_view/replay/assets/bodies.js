@@ -45,8 +45,9 @@ export class Body {
 
   /** The volume of its voxels over that which they were built with. */
   volume(frame) {
-    const edges = this.#edge.subarray(frame * this.voxels, (frame + 1) * this.voxels);
-    return this.voxels ? edges.reduce((sum, edge) => sum + edge ** 3, 0) / this.voxels : 1;
+    const cubes = (k) => this.#edge.subarray(k * this.voxels, (k + 1) * this.voxels).map((edge) => edge ** 3);
+    const [now, built] = [frame, 0].map((k) => cubes(k).reduce((sum, cube) => sum + cube, 0));
+    return this.voxels ? now / built : 1;
   }
 
   position(frame, voxel) {

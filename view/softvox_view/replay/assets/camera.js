@@ -129,8 +129,8 @@ export function cameraOf(style, route, now, view, panel) {
   };
 }
 
-/** Return where in a panel (from 0 to 1, to the right and down) a point of the floor is; null behind the eye. */
-export function onPanel({ rows, anchor }, [x, y]) {
-  const [across, up, , depth] = rows.map((row) => dot(row, [...add([x, y, 0], anchor, -1), 1]));
+/** Return where in a panel (from 0 to 1, to the right and down) a point is, by default of the floor; null behind the eye. */
+export function onPanel({ rows, anchor }, [x, y, z = 0]) {
+  const [across, up, , depth] = rows.map((row) => dot(row, [...add([x, y, z], anchor, -1), 1]));
   return depth > NEAREST ? [(1 + across / depth) / 2, (1 - up / depth) / 2] : null;
 }

@@ -19,11 +19,14 @@ export function composed(canvas, texts, onto = document.createElement("canvas"))
   const whole = canvas.getBoundingClientRect();
   context.scale(canvas.width / whole.width, canvas.height / whole.height);
   context.textBaseline = "middle";
+  const halo = getComputedStyle(canvas.parentElement).getPropertyValue("--stage");
   for (const text of texts) {
     const { left, top, height } = text.getBoundingClientRect();
     const { font, color } = getComputedStyle(text);
-    Object.assign(context, { font, fillStyle: color });
-    context.fillText(text.textContent, left - whole.left, top - whole.top + height / 2);
+    const words = [text.textContent, left - whole.left, top - whole.top + height / 2];
+    Object.assign(context, { font, fillStyle: color, strokeStyle: halo, lineWidth: 3, lineJoin: "round" });
+    context.strokeText(...words);
+    context.fillText(...words);
   }
   return onto;
 }
@@ -73,7 +76,6 @@ export function glb({ robots, style, physics, frames, seconds_per_frame }, bodie
     });
   });
   if (nodes.length > 1) nodes[0].children = nodes.map((_, k) => k).slice(1);
-  const ends = (array, size, of) => Array.from({ length: size }, (_, i) => array.filter((_, k) => k % size === i).reduce(of));
   let size = 0;
   const bufferViews = arrays.map(([{ byteLength }]) => ({ buffer: 0, byteOffset: (size += byteLength) - byteLength, byteLength }));
   const accessors = arrays.map(([array, width], bufferView) => ({
@@ -81,9 +83,10 @@ export function glb({ robots, style, physics, frames, seconds_per_frame }, bodie
     componentType: array instanceof Uint16Array ? 5123 : 5126, // of OpenGL: whole or floating
     count: array.length / width,
     type: { 1: "SCALAR", 3: "VEC3", 4: "VEC4" }[width],
-    min: ends(array, width, (a, b) => Math.min(a, b)),
-    max: ends(array, width, (a, b) => Math.max(a, b)),
   }));
+  // These must tell their bounds.
+  Object.assign(accessors[0], { min: Array(3).fill(-0.5), max: Array(3).fill(0.5) });
+  Object.assign(accessors[2], { min: [0], max: [time.at(-1)] });
   const linear = (colour) => [...colour.map((value) => Math.round(value ** 2.2 * 1e4) / 1e4), 1];
   const scene = {
     asset: { version: "2.0", generator: "softvox-gym" },

@@ -22,8 +22,9 @@ const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
 const VIEW = { azimuth: 0, elevation: 27, zoom: 1 };
 const CELL = 120; // CSS pixels that a robot of a gallery is wide at least
 const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
-const SMALL = 220; // CSS pixels; a panel less wide has a short label
+const BESIDE_NAME = 20; // CSS pixels; where the long name has no room, the short one stands
 const DEEP = 0.02; // voxel widths under the floor that the eye sees
+const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
 
 const NO_WEBGL = `This browser shows no WebGL 2, which the moving robots need; here is a still picture.
 Switch on hardware acceleration in its settings, or take another browser.`;
@@ -68,11 +69,14 @@ export class SoftvoxPlayer {
   #fallback; // what the element held before
   #still = null; // the address of a picture of the recording
   #listeners = new AbortController();
-  #sizes = new ResizeObserver(() => this.#draw());
+  #sizes = new ResizeObserver(() => this.#fit());
+  #night = matchMedia("(prefers-color-scheme: dark)");
   #scene = null;
   #strips = null; // of a gallery there are none, but filters
   #filters = null;
+  #shown = null; // numbers of the panels that they let through; null for all
   #bodies = [];
+  #widths = []; // of the robots' names, CSS pixels
   #recording = null;
   #finishFilm = null; // ends the film that is being made
   #view = { ...VIEW };
@@ -174,15 +178,14 @@ export class SoftvoxPlayer {
     const { frames, settle_time: settle, seconds_per_frame: step } = recording;
     const begin = Math.min(Math.round(settle / step), frames - 1);
     this.#bodies = recording.robots.map((robot) => new Body(robot, begin));
+    const pen = Object.assign(made("canvas", {}).getContext("2d"), { font: getComputedStyle(this.#element).font });
+    this.#widths = recording.robots.map(({ label }) => pen.measureText(label).width);
     this.#lap = 0;
-    this.#scene?.load(recording, this.#bodies);
+    this.#dress();
     this.#cover();
     this.#strips?.load(recording, this.#bodies);
     this.#filters?.load(recording);
     this.#find(".frame").max = frames - 1;
-    const stage = this.#find(".softvox-stage");
-    stage.style.setProperty("--stage", cssOf(recording.style.background));
-    stage.style.setProperty("--stage-ink", cssOf(inkOn(recording.style)));
     this.#tellSunk();
     this.#find("canvas").setAttribute("aria-label", `${this.#names}. ${HELP}`);
     this.seek(0);
@@ -297,6 +300,10 @@ export class SoftvoxPlayer {
       document.fullscreenElement ? document.exitFullscreen() : this.#element.requestFullscreen(),
     );
     if (!document.fullscreenEnabled) Object.assign(full, { disabled: true, title: NO_FULL_SCREEN });
+    on(this.#night, "change", () => {
+      if (this.#recording) this.#dress();
+      this.#draw();
+    });
     listen(canvas, this, signal);
     on(canvas, "webglcontextlost", (event) => {
       event.preventDefault(); // or it could not come back
@@ -306,10 +313,20 @@ export class SoftvoxPlayer {
     });
     on(canvas, "webglcontextrestored", () => {
       this.#scene = Scene.on(canvas);
-      if (this.#recording) this.#scene?.load(this.#recording, this.#bodies);
+      if (this.#recording) this.#dress();
       this.#cover(LOST);
       this.#show(this.#frame);
     });
+  }
+
+  /** Let the scene have the robots, on a dark floor where the page is dark. */
+  #dress() {
+    const isDark = this.#night.matches && getComputedStyle(this.#element).colorScheme.includes("dark");
+    const style = { ...this.#recording.style, ...(isDark ? NIGHT : {}) };
+    this.#scene?.load({ ...this.#recording, style }, this.#bodies);
+    const stage = this.#find(".softvox-stage");
+    stage.style.setProperty("--stage", cssOf(style.background));
+    stage.style.setProperty("--stage-ink", cssOf(inkOn(style)));
   }
 
   get #names() {
@@ -350,7 +367,7 @@ export class SoftvoxPlayer {
 
   #draw() {
     if (!this.supported || !this.#recording) return;
-    const panels = this.#scene.draw(this.#frame, this.#lap, this.view);
+    const panels = this.#scene.draw(this.#frame, this.#lap, this.view, this.#shown);
     const labels = this.#find(".softvox-labels");
     while (labels.children.length > panels.length) labels.lastChild.remove();
     while (labels.children.length < panels.length) labels.append(made("div", {}));
@@ -359,7 +376,7 @@ export class SoftvoxPlayer {
 
   /** Write what stands in a panel: names, how far the robot is, the numbers of the ruler. */
   #write(label, { robots, marks, ...place }) {
-    const isSmall = place.width < SMALL * (robots.length > 1 ? 1.7 : 1);
+    const isSmall = place.width < BESIDE_NAME + Math.max(...robots.map((i) => this.#widths[i]));
     const names = robots.map((i) => this.#recording.robots[i][isSmall ? "short_label" : "label"]);
     const gone = robots.map((i) => this.#bodies[i].gone(this.#frame).toFixed(2));
     const key = JSON.stringify([names, gone, marks, place]);
@@ -371,12 +388,16 @@ export class SoftvoxPlayer {
     if (robots.length > 1) {
       spans.forEach((span, k) => (span.style.color = colourOf(robots[k], this.#bodies.length)));
     } else if (!this.#filters) {
-      spans.push(made("span", { className: "gone", textContent: `${gone[0]} voxel widths` }));
+      spans.push(made("span", { className: "gone", textContent: gone[0] + (isSmall ? "" : " voxel widths") }));
     }
     const [width, height] = [place.width, place.height];
-    const numbers = marks.map(({ text, place: [x, y] }) => {
+    const numbers = marks.map(({ text, robot, place: [x, y] }) => {
       const mark = made("span", { className: "mark", textContent: text });
       Object.assign(mark.style, { left: `${x * width}px`, top: `${y * height}px` });
+      if (robot !== undefined) {
+        mark.style.color = colourOf(robots[robot], this.#bodies.length);
+        mark.style.transform = `translate(max(-100%, ${4 - x * width}px), -50%)`;
+      }
       return mark;
     });
     label.replaceChildren(...spans, ...numbers);
@@ -422,10 +443,17 @@ export class SoftvoxPlayer {
 
   /** Draw only some panels of a gallery. */
   #choose(shown) {
-    if (this.#scene) this.#scene.shown = shown;
-    const stage = this.#find(".softvox-stage");
-    const across = Math.max(1, Math.floor(stage.clientWidth / CELL));
-    stage.style.minHeight = `${Math.ceil(shown.length / across) * CELL * 0.8}px`;
+    this.#shown = shown;
+    this.#fit();
+  }
+
+  /** Draw for the window's size, in which each robot of a gallery has its room. */
+  #fit() {
+    if (this.#shown) {
+      const stage = this.#find(".softvox-stage");
+      const across = Math.max(1, Math.floor(stage.clientWidth / CELL));
+      stage.style.minHeight = `${Math.ceil(this.#shown.length / across) * CELL * 0.8}px`;
+    }
     this.#draw();
   }
 

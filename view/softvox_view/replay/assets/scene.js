@@ -13,7 +13,6 @@ import { CUBES, FLOOR, SHADOW, STROKE } from "./shaders.js";
 const SHADOW_LAYERS = 24; // shadows of one robot laid over each other, for a soft edge
 const FEW_LAYERS = 8; // in panels less high than this, CSS pixels
 const LOW = 160;
-const SIGN = 0.13; // from a start to the name of its world, in distances for a robot alone
 
 /** Return the colour of words and the ruler: that of lines, or light ones where it is dark. */
 export function inkOn({ background, ink }) {
@@ -28,8 +27,6 @@ export class Scene {
   #panels = [];
   #buffers = [];
   #moving; // what is drawn at the moment: faces
-
-  shown = null; // numbers of the panels that are drawn; null for all
 
   /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
   static on(canvas) {
@@ -68,12 +65,12 @@ export class Scene {
   }
 
   /**
-   * Draw a frame, of a recording that was shown so many times before.
+   * Draw a frame, of a recording that was shown so many times before, in some panels or, for null, all.
    *
    * @returns {{left: number, top: number, width: number, height: number, marks: object[]}[]} Each
    *   panel in CSS pixels, and the texts in it: the numbers of the ruler, and the worlds' names.
    */
-  draw(frame, lap, view) {
+  draw(frame, lap, view, chosen = null) {
     const gl = this.#gl;
     const { canvas } = gl;
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
@@ -81,7 +78,7 @@ export class Scene {
       const pixels = Math.max(1, Math.round(shown * ratio));
       if (canvas[side] !== pixels) canvas[side] = pixels;
     }
-    const shown = this.shown ?? this.#panels.map((_, i) => i);
+    const shown = chosen ?? this.#panels.map((_, i) => i);
     const places = arranged(shown.length, canvas.width, canvas.height);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(...this.#style.background, 1);
@@ -151,7 +148,7 @@ export class Scene {
     this.#drawShadow(count, values, place.height < LOW * ratio ? FEW_LAYERS : SHADOW_LAYERS);
     if (!panel.loops) this.#drawPaths(panel, frame, values, (style.trail_width * place.height) / 360);
     this.#drawFaces(this.#send(null, count), values);
-    return panel.loops ? [] : marksOf(panel, camera);
+    return panel.loops ? [] : marksOf(panel, camera, style);
   }
 
   /** Let faces be drawn; of those that were sent before only the number is needed. Return it. */
@@ -262,18 +259,20 @@ export class Scene {
   }
 }
 
-/** Return the texts of a panel, and where they stand in it, from 0 to 1. */
-function marksOf({ bodies, route, signs }, camera) {
+/** Return the texts of a panel, and where they stand in it, from 0 to 1; a world's name ends there. */
+function marksOf({ bodies, route, signs }, camera, { sign }) {
   const numbers = route.numbers().filter((s) => s % route.step === 0);
-  const ofRuler = numbers.map((s) => [String(s), route.point(s, 3.7 * route.tick)]);
-  const ofWorlds = bodies.map((body, i) => {
-    const [x, y] = body.centre(body.begin);
-    return [signs[i], route.aside.map((side, k) => [x, y][k] + SIGN * route.alone * side)];
+  const ofRuler = numbers.map((s) => ({ text: String(s), point: route.point(s, 3.7 * route.tick) }));
+  const ofWorlds = bodies.map((body, robot) => {
+    const [x, y, z] = body.centre(body.begin);
+    const back = sign * route.alone;
+    return { text: signs[robot], robot, point: [x - back * route.ahead[0], y - back * route.ahead[1], z] };
   });
-  const marks = [...ofRuler, ...ofWorlds.filter(([text]) => text)];
-  return marks.flatMap(([text, point]) => {
-    const place = onPanel(camera, point);
-    return place && place.every((value) => value > 0 && value < 1) ? [{ text, place }] : [];
+  const marks = [...ofRuler, ...ofWorlds.filter(({ text }) => text)];
+  return marks.flatMap(({ text, robot, point }) => {
+    const [x, y] = onPanel(camera, point) ?? [NaN];
+    const isSeen = (x > 0 || robot !== undefined) && x < 1 && y > 0 && y < 1;
+    return isSeen ? [{ text, robot, place: [x, y] }] : [];
   });
 }
 

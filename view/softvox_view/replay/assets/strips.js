@@ -9,7 +9,10 @@ const STRIPS = {
 };
 
 /** The colour of a robot's line, in a recording of so many. */
-export const colourOf = (i, count) => (count > 1 ? `hsl(${(215 + (360 * i) / count) % 360} 70% 45%)` : "currentcolor");
+export function colourOf(i, count) {
+  const hue = (260 + (360 * i) / count) % 360;
+  return count > 1 ? `light-dark(oklch(0.5 0.16 ${hue}), oklch(0.78 0.13 ${hue}))` : "currentcolor";
+}
 
 /** Curves over a recording's frames, with a cursor; a click goes to the moment. */
 export class Strips {
@@ -48,7 +51,7 @@ export class Strips {
       const up = (value) => 4 + (STRIP_HEIGHT - 8) * (1 - (value - low) / (high - low));
       const drawn = this.#curves[k].map((curve, i) => {
         const points = curve.map((value, frame) => `${across(frame).toFixed(1)},${up(value).toFixed(1)}`);
-        return `<polyline stroke="${colourOf(i, bodies.length)}" points="${points.join(" ")}"/>`;
+        return `<polyline style="stroke: ${colourOf(i, bodies.length)}" points="${points.join(" ")}"/>`;
       });
       svg.innerHTML = `<path class="cycles" d="${lines}"/>${drawn.join("")}<path class="cursor"/>`;
       svg.setAttribute("aria-label", `${word}, up to ${high.toFixed(2)}; a line per cycle`);
