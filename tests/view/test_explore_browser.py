@@ -154,7 +154,7 @@ def test_what_changed_is_told_in_ranks(tmp_path):
     told = answer(tmp_path, script, None)
     assert (told["best"], told["former"]) == (2, 0)
     assert told["lines"] == [
-        "4 of the top 100 stayed",
+        "3 of the top 100 stayed",
         "★ 2 is the best now: 4.00, was rank 4",
         "☆ 0 was the best: it diverged",
         "mean change +1.000 voxel widths",
@@ -383,6 +383,10 @@ def test_the_page_simulates_any_designs_to_the_native_bits(driver, page):
     assert "no design 6561" in called(driver, "softvox.simulate([6561])")
     assert "mass is no parameter" in called(driver, "softvox.landscape({mass: 1})")
     assert "no physics reversed" in called(driver, "softvox.simulate([1], 'reversed')")
+    assert "a physics is an object" in called(driver, "softvox.simulate([1], 5)")
+    assert "must be a list" in called(driver, "softvox.simulate(6453)")
+    short = called(driver, "softvox.simulate([1, 2], {}, {strain: [1]})")
+    assert "strain must be 8 finite numbers" in short
 
 
 def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page):

@@ -213,8 +213,9 @@ def test_the_robot_is_as_large_as_the_map_and_can_fill_the_page(driver, page):
     *_, width, height = rectangle(driver, "#player canvas")
     assert width > 900
     assert height > map_height
-    one(driver, "#robot-panel .screen").click()
-    until(lambda: driver.execute_script("return document.fullscreenElement?.id") == "robot-panel")
+    one(driver, "#player .full").click()
+    until(lambda: driver.execute_script("return document.fullscreenElement?.id") == "player")
+    until(lambda: rectangle(driver, "#player canvas")[3] > height)
     driver.execute_script("document.exitFullscreen()")
     one(driver, "body").send_keys(Keys.ESCAPE)
     until(lambda: rectangle(driver, "#robot-panel")[2] < 600)

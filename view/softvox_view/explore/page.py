@@ -37,7 +37,7 @@ MODULES = [
     for name in (
         *("physics", "engine", "recording", "simulator", "search"),
         *("world", "page", "colours", "robot", "panels", "zoom", "sheet", "map", "legend"),
-        *("curve", "paths", "controls", "versus", "finder", "fill", "story", "app"),
+        *("curve", "paths", "controls", "versus", "finder", "story", "app"),
     )
 ]
 
@@ -46,7 +46,7 @@ def page(results: Mapping[str, Results] | None = None) -> str:
     """Return the page as HTML, with the paths of recorded runs perhaps, by their folder's name."""
     texts = [*(_asset(name, "replay") for name in PLAYER), *map(_asset, MODULES)]
     parts = {
-        "style": replay.style() + _asset("app.css") + _asset("layout.css"),
+        "style": replay.style() + _asset("app.css"),
         "data": in_script(_data(results or {})),
         "script": joined(texts),
     }

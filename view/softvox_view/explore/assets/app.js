@@ -3,12 +3,11 @@
 
 import { pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
-import { fillable } from "./fill.js";
 import { countsOf, Finder, FILTERS, leadersOf, passing } from "./finder.js";
 import { Legend, NO_SCALE, scaleChecks } from "./legend.js";
 import { landscapeMap } from "./map.js";
-import { element, find, latest, save, sayTouch, unpacked } from "./page.js";
-import { changesOf, csvOf, fillFacts, inBrief, inShort, ranking, TOP, wordsOf } from "./panels.js";
+import { element, fillable, find, latest, sayTouch, unpacked } from "./page.js";
+import { changesOf, csvOf, fillFacts, inBrief, inShort, ranking, topOf, wordsOf } from "./panels.js";
 import { NO_PATH, Paths } from "./paths.js";
 import { physicsWritten, Refused } from "./physics.js";
 import { together } from "./recording.js";
@@ -37,7 +36,8 @@ const scaleOf = part(Object.keys(NO_SCALE));
 const given = JSON.parse(find("data").textContent);
 const { known, version, results } = given;
 if (!globalThis.DecompressionStream) {
-  say("This browser can't unpack what the page holds (no DecompressionStream); take one of 2023 or later.");
+  find("message").textContent =
+    "This browser can't unpack what the page holds (no DecompressionStream); take one of 2023 or later.";
 }
 const packedTables = Object.entries(given.tables).map(async ([name, text]) => {
   const type = { cells: Uint16Array, classes: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;
@@ -223,15 +223,14 @@ function settle() {
 function showLandscapes() {
   paint();
   if (shown) showFacts();
-  maps[0].show({ best: null });
+  let best = null;
   if (here.isWhole) {
-    const isPublished = here.values === published;
-    const { best, former, lines } = changesOf(atlas.fitness, here.values.fitness);
-    const told = isPublished ? [] : lines;
-    find("changes").replaceChildren(...told.map((text) => element("p", { text })));
-    if (!isPublished) maps[0].show({ best: { from: former, to: best } });
+    const changes = here.values === published ? null : changesOf(atlas.fitness, here.values.fitness);
+    best = changes && { from: changes.former, to: changes.best };
+    find("changes").replaceChildren(...(changes?.lines ?? []).map((text) => element("p", { text })));
     showLeaders();
   }
+  maps[0].show({ best });
   showVersus();
   settle();
 }
@@ -251,7 +250,7 @@ function paint() {
       ...made,
       colour: (design) => faded(made.colour(first + design), seenPasses[design]),
       arrows: seen.map === "heading" && values,
-      top: seen.outline && !isDraft ? ranking(values.fitness).slice(0, TOP) : [],
+      top: seen.outline && !isDraft ? topOf(values.fitness) : [],
     });
     find(["name-a", "name-b"][k]).textContent = name;
   });
@@ -388,11 +387,11 @@ const actions = {
   "versus change": ({ target: { value } }) => want({ versus: value ? { preset: value } : null }),
   "keep click": () => want({ versus: same(seen.parameters, {}) ? { preset: "published" } : seen.parameters }),
   "finding click": () => go("design=6453&b.preset=reversal"),
-  "save-csv click": () => save(csvOf(atlas, here.values), `${nameOf("landscape")}.csv`),
+  "save-csv click": () => keep(csvOf(atlas, here.values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
     const picture = await pictureOf(maps[0].picture(), find("scale"), words, wordsOf(seen.parameters));
-    save(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
+    keep(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {
     const second = seen.versus && `versus-${nameOfWorld(seen.versus)}`;
@@ -405,7 +404,7 @@ const actions = {
     };
     const template = new TextDecoder().decode(await unpacked(given.replay));
     const text = template.replace(/\{\{(\w+)\}\}/g, (_, part) => parts[part]);
-    save(new Blob([text], { type: "text/html" }), `${nameOf(name)}.html`);
+    keep(new Blob([text], { type: "text/html" }), `${nameOf(name)}.html`);
   },
   async "share click"() {
     const said = await navigator.clipboard.writeText(location.href).then(

@@ -2,6 +2,7 @@
 
 import { evaluationColour } from "./colours.js";
 import { element } from "./page.js";
+import { bestUpto } from "./panels.js";
 import { MARKERS } from "./sheet.js";
 
 const [LEFT, RIGHT, UP, DOWN] = [46, 290, 12, 132]; // the axes' ends
@@ -46,11 +47,6 @@ export function drawCurves(svg, paths, fitness) {
       ends[k].setAttribute("transform", `translate(${place.join(" ")}) scale(4)`);
     });
   };
-}
-
-/** The best of a path after so many evaluations, {design, at}, or nothing. */
-export function bestUpto({ best }, upto) {
-  return best.filter(({ at }) => at < upto).at(-1);
 }
 
 /** The shape that tells a path from others, 1 in size. */

@@ -159,7 +159,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     });
     const aside = reach + 12;
     if (hasRobots()) sheet.write(letter, x - reach + 11, y - reach + 12, 18);
-    else sheet.write(letter, x < sheet.width - aside - 16 ? x + aside : x - aside, on(y, 10), 18);
+    else sheet.write(letter, x < sheet.width - aside - 16 ? x + aside : x - aside, y, 18);
   }
 
   /** Trace a cell [column, row] and so many pixels around it. */
@@ -206,13 +206,13 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   return {
     paint({ colour, grid, arrows, top = [] }) {
       const image = new ImageData(side, side);
+      const data = image.data.fill(255);
       const diverged = [];
       cells.forEach((design) => {
         const [column, row] = placeOf[design];
         const made = colour(design);
-        if (!made) diverged.push(design);
-        const rgb = (made ?? [255, 255, 255]).map(Math.round);
-        image.data.set([...rgb, 255], 4 * ((side - 1 - row) * side + column));
+        if (made) data.set(made, 4 * ((side - 1 - row) * side + column));
+        else diverged.push(design);
       });
       pixels.getContext("2d").putImageData(image, 0, 0);
       const made = {}; // by the squares' side, once they are asked for

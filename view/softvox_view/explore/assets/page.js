@@ -1,4 +1,4 @@
-// The page's elements, what it came with, and what is saved of it.
+// The page's elements, and what it came with.
 
 export const find = (id) => document.getElementById(id);
 
@@ -40,9 +40,17 @@ export function latest(name, promise) {
   });
 }
 
-/** Let the browser save a blob. */
-export function save(blob, name) {
-  const href = URL.createObjectURL(blob);
-  element("a", { href, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(href), 10_000);
+/** Let the buttons "fill" of panels make them fill the page; Escape ends that. */
+export function fillable(panels) {
+  const fill = (filling) => {
+    for (const panel of panels) {
+      panel.classList.toggle("filling", panel === filling);
+      panel.querySelector(".fill").setAttribute("aria-pressed", panel === filling);
+    }
+  };
+  for (const panel of panels) {
+    const toggle = () => fill(panel.classList.contains("filling") ? null : panel);
+    panel.querySelector(".fill").addEventListener("click", toggle);
+  }
+  addEventListener("keydown", ({ key }) => key === "Escape" && fill(null));
 }

@@ -89,15 +89,20 @@ export function ranking(fitness) {
   return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 
+/** The fittest hundred, or as many as did not diverge. */
+export function topOf(fitness) {
+  return ranking(fitness).slice(0, TOP).filter((design) => fitness[design] !== null);
+}
+
 /** What changed between two landscapes: {best, former, lines}, in words. */
 export function changesOf(before, now) {
   const [then, order] = [ranking(before), ranking(now)];
   const [best, former] = [order[0], then[0]];
-  const top = new Set(then.slice(0, TOP));
+  const top = new Set(topOf(before));
   const differences = now.flatMap((value, i) => (value === null ? [] : [value - before[i]]));
   const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
   const diverged = now.length - differences.length;
-  const lines = [`${order.slice(0, TOP).filter((design) => top.has(design)).length} of the top ${TOP} stayed`];
+  const lines = [`${topOf(now).filter((design) => top.has(design)).length} of the top ${TOP} stayed`];
   if (best === former) {
     lines.push(`★ ${best} is still the best: ${number(now[best])}`);
   } else {
@@ -121,9 +126,14 @@ export function improvements({ designs, fitness }) {
   });
 }
 
+/** The best of a path after so many evaluations, {design, at}, or nothing. */
+export function bestUpto({ best }, upto) {
+  return best.filter(({ at }) => at < upto).at(-1);
+}
+
 /** Tell how far a path came. */
 export function pathInShort(path, upto, atlas) {
-  const best = path.best.filter(({ at }) => at < upto).at(-1);
+  const best = bestUpto(path, upto);
   const different = new Set(path.designs.slice(0, upto)).size;
   const words = `${upto} of ${path.designs.length} evaluations, ${different} designs`;
   if (!best) return words;

@@ -1,8 +1,8 @@
 // Searchers' paths: the form that asks for them, what plays them, and how they compare.
 
-import { bestUpto, drawCurves, markerOf } from "./curve.js";
+import { drawCurves, markerOf } from "./curve.js";
 import { element, find, latest, unpacked } from "./page.js";
-import { improvements, pathInShort, rankOf } from "./panels.js";
+import { bestUpto, improvements, pathInShort, rankOf } from "./panels.js";
 import { Refused } from "./physics.js";
 import { search, SEARCHERS } from "./search.js";
 

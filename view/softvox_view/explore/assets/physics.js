@@ -16,6 +16,9 @@ export class Refused extends Error {
  * @param {string[]} [notes] Gets what is allowed but rarely meant.
  */
 export function physicsOf(known, changes = {}, notes = []) {
+  if (typeof changes !== "string" && Object(changes) !== changes) {
+    throw new Refused(`a physics is an object of changes or the name of a preset, got ${changes}`);
+  }
   const { preset = "published", ...own } = typeof changes === "string" ? { preset: changes } : changes;
   if (!Object.hasOwn(known.presets, preset)) {
     throw new Refused(`there is no physics ${preset}; there are ${Object.keys(known.presets).join(", ")}`);

@@ -74,7 +74,10 @@ export class Sheet {
     this.pen.fill();
   }
 
-  write(text, x, y, size) {
+  /** Write about a point, where that is seen whole at the edge too. */
+  write(text, left, top, size) {
+    const whole = (k) => (k < 0 || k > this.width ? k : Math.min(Math.max(k, size / 2), this.width - size / 2));
+    const [x, y] = [left, top].map(whole);
     this.pen.font = `bold ${size}px system-ui, sans-serif`;
     this.pen.textAlign = "center";
     this.pen.textBaseline = "middle";

@@ -29,9 +29,14 @@ export class Simulator {
    *   and then the promise never settles.
    */
   async simulate(designs, physics = {}, { strain, phase, onBlock, signal } = {}) {
+    if (!designs?.[Symbol.iterator]) throw new Refused(`designs must be a list of numbers, got ${designs}`);
     const given = [...designs];
     const wrong = given.find((design) => !(Number.isInteger(design) && design >= 0 && design < DESIGNS));
     if (wrong !== undefined) throw new Refused(`there is no design ${wrong}; they are 0 to ${DESIGNS - 1}`);
+    for (const [name, values] of Object.entries({ strain, phase })) {
+      if (values === undefined || (values.length === 8 * given.length && [...values].every(Number.isFinite))) continue;
+      throw new Refused(`${name} must be 8 finite numbers for each design`);
+    }
     const checked = physicsOf(this.#known, physics);
     const moved = new Float64Array(3 * given.length);
     // Those of one body plan side by side, as they are simulated together.

@@ -33,6 +33,7 @@ export function story(isFirstVisit, go) {
     find("story-title").textContent = `${step + 1} of ${CHAPTERS.length}: ${title}`;
     find("story-text").textContent = text;
     find("story-back").disabled = !step;
+    if (!step) find("story-next").focus(); // so that keys can tell it from its begin
     find("story-next").textContent = step === CHAPTERS.length - 1 ? "Done" : "Next";
     document.querySelectorAll(".told").forEach((told) => told.classList.remove("told"));
     find(panel).classList.add("told");
@@ -48,10 +49,7 @@ export function story(isFirstVisit, go) {
     find("tell").focus();
   }
 
-  find("tell").addEventListener("click", () => {
-    tell(0);
-    find("story-next").focus();
-  });
+  find("tell").addEventListener("click", () => tell(0));
   find("story-back").addEventListener("click", () => tell(at - 1));
   find("story-next").addEventListener("click", () => (at + 1 < CHAPTERS.length ? tell(at + 1) : end()));
   find("story-end").addEventListener("click", end);

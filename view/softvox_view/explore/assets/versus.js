@@ -1,6 +1,6 @@
 // Two worlds beside each other: how alike their ranks are, and a picture of them.
 
-import { ranking } from "./panels.js";
+import { ranking, TOP } from "./panels.js";
 
 const NEAR = 12; // canvas pixels: how far from a point a click still means it
 const MARGIN = 8;
@@ -33,7 +33,7 @@ function tied(values) {
 
 /**
  * Make a scatter of ranks of a canvas, the best to the right and at the top; it calls onPick(design)
- * and onPoint(design or null). Returns show({fitness: two rows, top, marks, point}), of which what is
+ * and onPoint(design or null). Returns show({fitness: two rows, marks, point}), of which what is
  * missing stays.
  */
 export function scatter(canvas, onPick, onPoint) {
@@ -41,7 +41,7 @@ export function scatter(canvas, onPick, onPoint) {
   const size = canvas.width;
   let points = []; // [x, y] by design
   let order = [];
-  let shown = { top: 100, marks: {}, point: null };
+  let shown = { marks: {}, point: null };
 
   function near({ clientX, clientY }) {
     const box = canvas.getBoundingClientRect();
@@ -78,9 +78,9 @@ export function scatter(canvas, onPick, onPoint) {
     pen.clearRect(0, 0, size, size);
     const dot = (design, width) => pen.fillRect(points[design][0] - width / 2, points[design][1] - width / 2, width, width);
     pen.fillStyle = of("--dot");
-    order.slice(shown.top).forEach((design) => dot(design, 2.5));
+    order.slice(TOP).forEach((design) => dot(design, 2.5));
     pen.fillStyle = of("--best");
-    order.slice(0, shown.top).forEach((design) => dot(design, 6));
+    order.slice(0, TOP).forEach((design) => dot(design, 6));
     pen.strokeStyle = pen.fillStyle = of("--ink");
     pen.lineWidth = 2.5;
     pen.font = "bold 17px system-ui, sans-serif";
