@@ -390,7 +390,7 @@ def test_the_page_simulates_any_designs_to_the_native_bits(driver, page):
 
 
 def test_by_rank_a_tenth_of_the_designs_has_a_tenth_of_the_colours(driver, page):
-    opened(driver, page, "map=rank")  # as an older address has it
+    opened(driver, page, "by=rank")
     colours = cell_colours(driver)
     order = np.argsort(softvox_gym.landscape()["fitness"])
     medians = [np.median(colours[part], axis=0) for part in np.array_split(order, 10)]

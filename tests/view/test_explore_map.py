@@ -284,6 +284,7 @@ def test_searchers_are_seen_beside_each_other_and_are_in_the_address(driver, pag
     [
         ("by=size", "message", "by=size is no scale"),
         ("lock=fitness:x", "message", "lock=fitness:x is no scale"),
+        ("lock=fitness:0", "message", "lock=fitness:0 is no scale"),
         ("searcher=random&also=%25", "path-text", "also=% is no list of paths"),
         ("searcher=random&also=none.1.5", "path-text", "searcher 'none' is not among"),
         ("searcher=random&also=" + "*".join(f"random.{k}.5" for k in range(2, 6)), "path-text",

@@ -93,7 +93,6 @@ function read() {
     if (name.startsWith(SECOND)) (state.versus ??= {})[name.slice(SECOND.length)] = value;
     else (Object.hasOwn(DEFAULTS, name) ? state : state.parameters)[name] = value;
   }
-  if (state.map === "rank") Object.assign(state, { map: "fitness", by: "rank" }); // of older addresses
   return state;
 }
 

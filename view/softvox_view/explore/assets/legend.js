@@ -13,7 +13,7 @@ const RANKED = ["fitness", "noise"]; // a difference by rank would hide where th
 const EXPLAINED = "Bars: how many designs, on a log scale.";
 const BINS = 64;
 const SECTORS = 36;
-const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
+const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):(?![0.]+$)\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
 
 /** What checks a part of the address: it returns the text, or says that it can't be. */
 export const scaleChecks = Object.fromEntries(

@@ -1,7 +1,7 @@
 // What the page computes, and what it offers to the curious as `softvox`.
 
 import { Pool } from "./engine.js";
-import { batchOf, digitsOfAll, displacementsOf, physicsOf, Refused, timeStep } from "./physics.js";
+import { batchOf, displacementsOf, physicsOf, Refused, SITES, timeStep } from "./physics.js";
 import { recordingOf } from "./recording.js";
 
 const DESIGNS = 6561;
@@ -40,7 +40,8 @@ export class Simulator {
     const checked = physicsOf(this.#known, physics);
     const moved = new Float64Array(3 * given.length);
     // Those of one body plan side by side, as they are simulated together.
-    const plan = given.map((design) => parseInt(digitsOfAll([design]).map(Math.sign).join(""), 2));
+    const isVoxel = (design, i) => Math.sign(Math.floor(design / 3 ** i) % 3);
+    const plan = given.map((design) => SITES.reduce((bits, _, i) => 2 * bits + isVoxel(design, i), 0));
     const order = given.map((_, place) => place).sort((a, b) => plan[b] - plan[a]);
     const run = async (places) => {
       const own = (values) => values && places.flatMap((place) => [...values.slice(8 * place, 8 * place + 8)]);
