@@ -184,7 +184,7 @@ def test_breeding_leaves_the_population_as_it_is(name):
         return digits(searcher.population).tolist()
 
     searcher = made(name)
-    for _ in range(5):
+    for _ in range(2):
         answered(searcher)
     before = pickle.dumps(kept())
     searcher.ask()
