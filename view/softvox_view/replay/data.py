@@ -206,11 +206,10 @@ def labels(
     design = design or result.design(i)
     name = name_of(design)
     short = name.split(" · ")[0 if design.lattice == Lattice() else 1]
-    cycles = float(np.broadcast_to(result.physics.cycles, len(result))[i])
+    cycles = f"{np.broadcast_to(result.physics.cycles, len(result))[i]:.4g}"
+    unit = "cycle" if cycles == "1" else "cycles"
     far = f"{result.fitness[i]:.2f}"
-    ends = (
-        ("diverged", "diverged") if result.diverged[i] else (f"{far} in {cycles:.4g} cycles", far)
-    )
+    ends = ("diverged",) * 2 if result.diverged[i] else (f"{far} in {cycles} {unit}", far)
     before = f"{world}: " if world else ""
     return f"{before}{name} · {ends[0]}", f"{before}{short} · {ends[1]}"
 

@@ -51,10 +51,10 @@ function robotOf(design, poses, [dx, dy], count, physics, style) {
     base64(Int16Array.from(kept.flatMap((f) => rows[f].flat()), (v) => (v / by) * STEPS + HALF_WAY - HALF_WAY));
   const name = `${design} · ${digits.join("")}`;
   const fitness = Number.isNaN(dx) ? null : Math.sqrt(dx * dx + dy * dy);
-  const cycles = (physics.duration - physics.settle_time) * physics.frequency_hz;
+  const cycles = Number(((physics.duration - physics.settle_time) * physics.frequency_hz).toPrecision(4));
   const words = fitness === null ? "diverged" : fitness.toFixed(2);
   return {
-    label: `${name} · ${words}${fitness === null ? "" : ` in ${Number(cycles.toPrecision(4))} cycles`}`,
+    label: `${name} · ${words}${fitness === null ? "" : ` in ${cycles} ${cycles === 1 ? "cycle" : "cycles"}`}`,
     short_label: `${design} · ${words}`,
     design,
     digits: digits.join(""),
