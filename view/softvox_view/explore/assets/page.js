@@ -1,5 +1,7 @@
 // The page's elements, and what it came with.
 
+import { unbase64 } from "./recording.js";
+
 export const find = (id) => document.getElementById(id);
 
 /** Where there is no mouse, say what a finger does: elements have their words for it in data-touch. */
@@ -21,8 +23,7 @@ export function element(tag, { text, ...attributes } = {}, ...children) {
 
 /** The bytes that Python packed into a text. */
 export async function unpacked(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const plain = new Blob([unbase64(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Response(plain).arrayBuffer();
 }
 

@@ -89,20 +89,20 @@ export function ranking(fitness) {
   return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 
-/** The fittest hundred, or as many as did not diverge. */
-export function topOf(fitness) {
-  return ranking(fitness).slice(0, TOP).filter((design) => fitness[design] !== null);
+/** The fittest hundred, or as many as did not diverge; of a ranking that is there already. */
+export function topOf(fitness, order = ranking(fitness)) {
+  return order.slice(0, TOP).filter((design) => fitness[design] !== null);
 }
 
 /** What changed between two landscapes: {best, former, lines}, in words. */
 export function changesOf(before, now) {
   const [then, order] = [ranking(before), ranking(now)];
   const [best, former] = [order[0], then[0]];
-  const top = new Set(topOf(before));
+  const top = new Set(topOf(before, then));
   const differences = now.flatMap((value, i) => (value === null ? [] : [value - before[i]]));
   const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
   const diverged = now.length - differences.length;
-  const lines = [`${topOf(now).filter((design) => top.has(design)).length} of the top ${TOP} stayed`];
+  const lines = [`${topOf(now, order).filter((design) => top.has(design)).length} of the top ${TOP} stayed`];
   if (best === former) {
     lines.push(`★ ${best} is still the best: ${number(now[best])}`);
   } else {

@@ -3,7 +3,6 @@
 import { digitsOfAll, displacementsOf, SITES, timeStep } from "./physics.js";
 
 const STEPS = 2 ** 15 - 1; // the count that stands for 1
-const LANE = 0.3; // between robots in one panel, in distances for a robot alone
 const HALF_WAY = 1.5 * 2 ** 52; // added and taken away, it rounds to a whole number, ties to even
 
 /** Return the recording of designs that `simulateOn` made with so many steps between frames. */
@@ -92,6 +91,11 @@ function base64(array) {
   return btoa(text);
 }
 
+/** The bytes of a text in base64. */
+export function unbase64(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
 /**
  * Return recordings of the same designs in several worlds, called by names, as one, as
  * softvox_view.replay.versus does: each design's robots in one panel, side by side. All are on one
@@ -106,7 +110,7 @@ export function together(recordings, names) {
   const count = 1 + Math.floor(settle_time / step + Math.max(...ends) + 1e-6);
   const robots = first.robots.flatMap((_, i) => {
     const heading = headingOf(first.robots[i], Math.round(first.settle_time / first.seconds_per_frame));
-    const apart = (first.style.lane ?? LANE) * first.robots[i].distance;
+    const apart = first.style.lane * first.robots[i].distance;
     return recordings.map((one, k) => ({
       ...timed(one.robots[i], one, step, count, settle_time),
       world: names[k],
@@ -122,8 +126,7 @@ export function together(recordings, names) {
 
 /** Where a robot's path leads from a frame to its end, radians. */
 function headingOf({ centre }, from) {
-  const bytes = Uint8Array.from(atob(centre), (letter) => letter.charCodeAt(0));
-  const path = new Float32Array(bytes.buffer);
+  const path = new Float32Array(unbase64(centre).buffer);
   const [x, y] = [0, 1].map((axis) => path.at(axis - 3) - path[3 * from + axis]);
   return Math.atan2(y, x);
 }

@@ -53,14 +53,15 @@ export function scatter(canvas, onPick, onPoint) {
   }
 
   function place(fitness) {
-    const along = fitness.map((row) => {
+    const orders = fitness.map(ranking);
+    const along = orders.map((designs) => {
       const ranks = [];
-      ranking(row).forEach((design, rank) => (ranks[design] = 1 - rank / row.length));
+      designs.forEach((design, rank) => (ranks[design] = 1 - rank / designs.length));
       return ranks;
     });
     const at = (share) => MARGIN + share * (size - 2 * MARGIN);
     points = along[0].map((share, i) => [at(share), size - at(along[1][i])]);
-    order = ranking(fitness[0]);
+    [order] = orders;
   }
 
   function ring(design, text = "") {
