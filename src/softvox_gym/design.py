@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from importlib.metadata import entry_points
 from operator import index as as_index
+from operator import or_
+from string import digits as digits_ascii
 from typing import Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.lattice import Lattice, number_of
+from softvox_gym.lattice import FACES, Lattice, number_of
+
+#: Designs that `buildable` looks at together.
+_AT_ONCE = 2**14
 
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
@@ -23,7 +28,7 @@ EXPANSIONS = ("spherical", "uniform")
 
 
 class Design:
-    """A robot on a lattice: one digit per site, 0 absent, 1 passive, 2 active.
+    """A robot on a lattice: one digit per site, 0 absent, 1 passive, 2 active (or more, by phase).
 
     Site (x, y, z) has index i = x + nx (y + ny z), and a design the number sum of d_i 3^i, so that
     the designs of the 2x2x2 lattice are 0 ... 6560. Designs are values: immutable, hashable, equal
@@ -36,14 +41,15 @@ class Design:
         indexed [x, y, z].
     shape : (int, int, int), optional
         The lattice (nx, ny, nz), of at most a million sites. Taken from a 3-D array or a Design;
-        otherwise 2x2x2.
+        otherwise 2x2x2. ``Lattice.of(shape, phases=P)`` takes the digits 2 + p of voxels that are
+        active at phase p / P.
 
     Raises
     ------
     TypeError
         Where the design is not made of whole numbers.
     ValueError
-        For a digit other than 0, 1, 2, a number or length that does not fit the lattice, or a
+        For a digit that the lattice has not, a number or length that does not fit the lattice, or a
         shape that is no lattice.
 
     Examples
@@ -96,8 +102,8 @@ class Design:
         return hash((self._digits, self.lattice))
 
     def __repr__(self) -> str:
-        shape = "" if self.lattice == Lattice() else f", shape={self.shape}"
-        return f"Design('{self.digits}'{shape})"
+        shape: Any = self.shape if self.lattice.phases == 1 else self.lattice
+        return f"Design('{self.digits}'{'' if self.lattice == Lattice() else f', {shape=}'})"
 
     def _repr_html_(self) -> str | None:
         """Return what a notebook shows: the robot as built, and its facts."""
@@ -116,7 +122,7 @@ class Design:
     @property
     def index(self) -> int:
         """The design's number, sum of d_i 3^i."""
-        return number_of(self._digits)
+        return number_of(self._digits, self.lattice.states)
 
     @property
     def array(self) -> NDArray[np.uint8]:
@@ -131,7 +137,18 @@ class Design:
     @property
     def n_active(self) -> int:
         """How many voxels are active."""
-        return self._digits.count(ACTIVE)
+        return self.n_voxels - self._digits.count(PASSIVE)
+
+    @property
+    def kinds(self) -> NDArray[np.uint8]:
+        """The digits 0 absent, 1 passive, 2 active whatever the phase, shape (nx, ny, nz)."""
+        return self.lattice.pumped(self.array)[0]
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """The phase of every voxel's actuation in cycles, shape (nx, ny, nz); 0 where passive."""
+        phase = self.lattice.pumped(self.array)[1]
+        return np.zeros(self.shape) if phase is None else phase
 
     @property
     def components(self) -> tuple[tuple[int, ...], ...]:
@@ -152,11 +169,11 @@ class Design:
             Quarter turns, counter-clockwise seen from above (+x goes to +y); where it is odd, the
             lattice's shape becomes (ny, nx, nz).
         """
-        return Design(np.rot90(self.array, as_index(k)))
+        return self._like(np.rot90(self.array, as_index(k)))
 
     def mirrored(self) -> Design:
         """Mirror the robot in a plane across x (x becomes nx - 1 - x)."""
-        return Design(self.array[::-1])
+        return self._like(self.array[::-1])
 
     def refined(self, factor: int, *, expansion: str = "spherical") -> Design:
         """Build every voxel of factor^3 smaller ones.
@@ -175,7 +192,11 @@ class Design:
             For a factor that is not a positive whole number, or an even one of spherical expansion,
             an unknown expansion, or a lattice of too many sites.
         """
-        return Design(refined(self.array, factor, expansion=expansion))
+        return self._like(refined(self.array, factor, expansion=expansion))
+
+    def _like(self, array: NDArray[np.uint8]) -> Design:
+        """Return a design of as many phases."""
+        return Design(array, shape=Lattice.of(array.shape, phases=self.lattice.phases))
 
     def canonical(self, *, reflections: bool = True) -> Design:
         """Return the one design that stands for all that look the same when turned (and mirrored).
@@ -195,8 +216,8 @@ class Design:
         return min(poses, key=lambda pose: (pose.shape, pose.index))
 
 
-_DIGIT_TO_CHARACTER = bytes.maketrans(bytes((0, 1, 2)), b"012")
-_CHARACTER_TO_DIGIT = bytes.maketrans(b"012", bytes((0, 1, 2)))
+_DIGIT_TO_CHARACTER = bytes.maketrans(bytes(range(10)), digits_ascii.encode())
+_CHARACTER_TO_DIGIT = bytes.maketrans(digits_ascii.encode(), bytes(range(10)))
 
 
 def refined(
@@ -236,11 +257,12 @@ def written(text: str, lattice: Lattice) -> Design:
     try:
         return Design(int(text) if is_number else text, shape=lattice)
     except ValueError:
-        last = lattice.n_designs - 1 if lattice.sites <= 40 else f"3^{lattice.sites} - 1"
+        few = lattice.sites <= 40
+        last = lattice.n_designs - 1 if few else f"{lattice.states}^{lattice.sites} - 1"
         shown = text if len(text) <= 40 else f"{text[:37]}..."
         raise ValueError(
-            f"design {shown!r} is neither a number from 0 to {last} nor {lattice.sites} digits 0, "
-            "1, 2"
+            f"design {shown!r} is neither a number from 0 to {last} nor {lattice.sites} digits "
+            f"{', '.join(map(str, range(lattice.states)))}"
         ) from None
 
 
@@ -261,8 +283,8 @@ def as_html(value: Any) -> str | None:
 
 def _digits_of_string(text: str, lattice: Lattice) -> bytes:
     _check_length(f"design {text[:80]!r}", len(text), lattice)
-    if set(text) - set("012"):
-        raise ValueError(f"design {text[:80]!r} may have the digits 0, 1 and 2 only")
+    if set(text) - set(digits_ascii[: lattice.states]):
+        raise ValueError(f"design {text[:80]!r} may have the digits {_known(lattice)} only")
     return text.encode("ascii").translate(_CHARACTER_TO_DIGIT)
 
 
@@ -279,9 +301,9 @@ def _digits_of_array(values: ArrayLike, lattice: Lattice | None) -> tuple[bytes,
     own = lattice or Lattice()
     if array.ndim == 0 and array.dtype.kind in "iuO":
         return own.digits(_whole_numbers(array)).tobytes(), own
-    digits = checked_digits(array)
+    digits = checked_digits(array, own)
     if digits.ndim == 3:
-        return digits.tobytes(order="F"), Lattice.of(digits.shape)
+        return digits.tobytes(order="F"), Lattice.of(digits.shape, phases=own.phases)
     if digits.ndim != 1:
         raise ValueError(
             "design must be a number, a row of digits or an (nx, ny, nz) array, "
@@ -313,17 +335,29 @@ def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def checked_digits(values: ArrayLike, *, what: str = "designs") -> NDArray[np.uint8]:
-    """Return digits as uint8; TypeError where they are no whole numbers, ValueError for others."""
+def _known(lattice: Lattice) -> str:
+    """Return the digits that a site can have, in words."""
+    *first, last = map(str, range(lattice.states))
+    return f"{', '.join(first)} and {last}"
+
+
+def checked_digits(
+    values: ArrayLike, lattice: Lattice | None = None, *, what: str = "designs"
+) -> NDArray[np.uint8]:
+    """Return digits as uint8, of a lattice's phases, else of one.
+
+    TypeError where they are no whole numbers, ValueError where they are none of the lattice's.
+    """
+    lattice = lattice or Lattice()
     array = _as_array(values)
     if array.dtype.kind not in "iu" and array.size:
         raise TypeError(
             f"designs must be whole numbers, got {array.dtype} values; "
             "use an integer dtype, a number, or a string of digits"
         )
-    if array.size and (array.min() < ABSENT or array.max() > ACTIVE):
-        bad = array[(array < ABSENT) | (array > ACTIVE)].flat[0]
-        raise ValueError(f"{what} may have the digits 0, 1 and 2 only, got {bad}")
+    if array.size and (array.min() < ABSENT or array.max() >= lattice.states):
+        bad = array[(array < ABSENT) | (array >= lattice.states)].flat[0]
+        raise ValueError(f"{what} may have the digits {_known(lattice)} only, got {bad}")
     return array.astype(np.uint8)
 
 
@@ -354,14 +388,65 @@ class BodyFacts(NamedTuple):
     def of(cls, rows: NDArray[Any], lattice: Lattice) -> BodyFacts:
         """Return the facts of designs given by their digits, shape (n, sites)."""
         occupied = rows != ABSENT
-        # Many designs share a body, whose components are remembered.
+        # Many designs share a body, whose components are remembered, whatever the phases.
+        sites = Lattice(*lattice)
         bodies = np.ascontiguousarray(occupied).view(np.dtype((np.void, lattice.sites)))
-        pieces = [len(_components(body, lattice)) for body in bodies.ravel().tolist()]
+        pieces = [len(_components(body, sites)) for body in bodies.ravel().tolist()]
         return cls(
             n_voxels=np.count_nonzero(occupied, axis=1).astype(np.int64),
-            n_active=np.count_nonzero(rows == ACTIVE, axis=1).astype(np.int64),
+            n_active=np.count_nonzero(rows >= ACTIVE, axis=1).astype(np.int64),
             is_connected=np.array(pieces, dtype=np.int64) == 1,
         )
+
+
+def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
+    """Return which designs the paper's kit can build, shape (n,).
+
+    Those in one piece, whose active voxels are joined through holes where they share a face within
+    a slice (of equal z), so that they are one actuator and share a phase, and each of whose
+    actuators has a voxel on the surface, for its inlet.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, sites)
+        Digits.
+    lattice : Lattice
+        Of several phases, or of one.
+
+    Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft
+    2020, the protocol of building.
+
+    Examples
+    --------
+    >>> two = Lattice.of((2, 2, 2), phases=2)
+    >>> buildable(np.array([[2, 3, 0, 0, 0, 0, 0, 0], [2, 0, 0, 0, 3, 0, 0, 0]]), two)
+    array([False,  True])
+    """
+    blocks = np.split(rows, range(_AT_ONCE, len(rows), _AT_ONCE))
+    # The designs last: numpy is slow over axes of two or three.
+    stacks = (np.moveaxis(lattice.to_stack(one), 0, -1).copy() for one in blocks)
+    has_actuators = [_has_actuators(stack) for stack in stacks]
+    return BodyFacts.of(rows, lattice).is_connected & np.concatenate(has_actuators)
+
+
+def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return whose active voxels make actuators as the kit has them, of shape (nx, ny, nz, n)."""
+    active, around = stack >= ACTIVE, [_beside(stack, face) for face in FACES]
+    torn = reduce(or_, ((one >= ACTIVE) & (one != stack) for one in around[:4])) & active
+    has_inlet = reduce(or_, (one == ABSENT for one in around)) & active
+    reached = 0
+    while (count := np.count_nonzero(has_inlet)) > reached:
+        reached = count
+        has_inlet |= reduce(or_, (_beside(has_inlet, face) for face in FACES[:4])) & active
+    is_sound: NDArray[np.bool_] = ~torn & (has_inlet | ~active)
+    return is_sound.all(axis=(0, 1, 2))
+
+
+def _beside(stack: NDArray[Any], face: tuple[int, int, int]) -> NDArray[Any]:
+    """Return what is on a face of every site, shape (nx, ny, nz, n); 0 outside the lattice."""
+    padded = np.pad(stack, [(1, 1), (1, 1), (1, 1), (0, 0)])
+    x, y, z = (slice(1 + d, 1 + d + n) for d, n in zip(face, stack.shape, strict=False))
+    return padded[x, y, z]
 
 
 def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.uint8]:
@@ -386,36 +471,48 @@ def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.
         As `Design` does, where the designs do not share one lattice, or for a flat row of as many
         digits as the lattice has sites: it may be one design or many numbers.
     """
+    return batch_of(designs, shape=shape)[0]
+
+
+def batch_of(
+    designs: Any, *, shape: Sequence[int] | None = None
+) -> tuple[NDArray[np.uint8], Lattice]:
+    """Return a batch as `stack_of` does, and its lattice."""
     lattice = None if shape is None else Lattice.of(shape)
     own = lattice or Lattice()
     if isinstance(designs, (Design, str, int, np.integer)):
-        return Design(designs, shape=lattice).array[np.newaxis]
+        return _joined([Design(designs, shape=lattice)])
     array = _batch_array(designs)
     if array.ndim == 0:
-        return Design(array, shape=lattice).array[np.newaxis]
+        return _joined([Design(array, shape=lattice)])
     is_row = array.ndim == 1 and array.dtype.kind in "OU"
     if is_row and not all(isinstance(design, (int, np.integer)) for design in array):
-        arrays = [Design(design, shape=lattice).array for design in array]
-        if len(shapes := {array.shape for array in arrays}) > 1:
-            raise ValueError(f"designs must share one lattice, got {sorted(shapes)}")
-        return np.stack(arrays)
+        return _joined([Design(design, shape=lattice) for design in array])
     if array.ndim == 1 and array.size == 0:
-        return np.zeros((0, *own), dtype=np.uint8)
+        return np.zeros((0, *own), dtype=np.uint8), own
     if array.ndim == 1 and array.dtype.kind in "iuO":
         numbers = _whole_numbers(array)
         _check_unambiguous(numbers, own)
-        return own.to_stack(own.digits(numbers))
-    digits = checked_digits(array)
+        return own.to_stack(own.digits(numbers)), own
+    digits = checked_digits(array, own)
     if digits.ndim == 2 and digits.shape[1] == own.sites:
-        return own.to_stack(digits)
-    if digits.ndim == 4 and lattice in (None, digits.shape[1:]):
-        Lattice.of(digits.shape[1:])
-        return digits
+        return own.to_stack(digits), own
+    if digits.ndim == 4 and (lattice is None or lattice[:] == digits.shape[1:]):
+        return digits, Lattice.of(digits.shape[1:], phases=own.phases)
     raise ValueError(
         f"designs must be an array of shape (n,) of design numbers, (n, {own.sites}) of digits or "
         f"(n, {', '.join(map(str, lattice)) if lattice else 'nx, ny, nz'}) of digits, "
         f"got shape {array.shape}; Design(..., shape=(nx, ny, nz)) is on another lattice"
     )
+
+
+def _joined(designs: Sequence[Design]) -> tuple[NDArray[np.uint8], Lattice]:
+    """Return the stack and the lattice of designs; ValueError where they share none."""
+    first, *others = dict.fromkeys(design.lattice for design in designs)
+    if others:
+        given = ", ".join(map(str, [first, *others]))
+        raise ValueError(f"designs must share one lattice, got {given}")
+    return np.stack([design.array for design in designs]), first
 
 
 def _batch_array(designs: Any) -> NDArray[Any]:
@@ -432,7 +529,7 @@ def _batch_array(designs: Any) -> NDArray[Any]:
 
 def _check_unambiguous(numbers: NDArray[Any], lattice: Lattice) -> None:
     """Refuse a row that may be meant as the digits of one design."""
-    if numbers.size == lattice.sites > 1 and numbers.min() >= ABSENT and numbers.max() <= ACTIVE:
+    if numbers.size == lattice.sites > 1 and 0 <= numbers.min() <= numbers.max() < lattice.states:
         row = numbers.tolist()
         shown = row if len(row) <= 16 else f"a row of {len(row)} digits"
         raise ValueError(

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import stack_of
+from softvox_gym.design import batch_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
 from softvox_gym.realities import PhysicsLike, Reality
@@ -75,6 +75,7 @@ class Evaluation:
     Parameters
     ----------
     designs : ndarray of uint8, shape (n, nx, ny, nz)
+        The digits; of several phases, as they are.
     fitness : ndarray, shape (n, k)
         What the task rewards, as measured, voxel widths; 0 where the trial diverged.
     displacement : ndarray, shape (n, k, 3)
@@ -90,6 +91,8 @@ class Evaluation:
     result : Result or None
         The simulation: a row per trial, or per design where trials can't differ; None where no
         simulation was needed.
+    phases : int
+        Of the designs' lattice.
     """
 
     designs: NDArray[np.uint8]
@@ -99,6 +102,7 @@ class Evaluation:
     steps: NDArray[np.int64]
     aggregate: str = "mean"
     result: Result | None = None
+    phases: int = 1
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -111,7 +115,7 @@ class Evaluation:
     @property
     def lattice(self) -> Lattice:
         """Of the designs."""
-        return Lattice(*self.designs.shape[1:])
+        return Lattice.of(self.designs.shape[1:], phases=self.phases)
 
     @property
     def diverged(self) -> NDArray[np.bool_]:
@@ -177,7 +181,8 @@ def evaluate(
         A preset's name, a dict of changes or a Physics, of single numbers; or a
         `softvox_gym.Reality`, which may say more than that.
     shape : (int, int, int), optional
-        The lattice of design numbers and rows of digits; otherwise 2x2x2.
+        The lattice of design numbers and rows of digits; otherwise 2x2x2. Of several phases where
+        it is one of `Lattice.of(..., phases=P)`.
     task : str or Task
         What is rewarded: `softvox_gym.Task("directed", heading=90.0)`, or the displacement.
     perturbations : sequence of Perturbation
@@ -210,7 +215,8 @@ def evaluate(
     >>> noisy.fitness.shape
     (2, 64)
     """
-    stack = stack_of(designs, shape=shape)
+    stack, lattice = batch_of(designs, shape=shape)
+    kinds, phase = lattice.pumped(stack)
     reality = Reality.of(physics)
     task = Task.of(task)
     check_count("trials", trials, least=1, most=MOST_TRIALS)
@@ -225,14 +231,18 @@ def evaluate(
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):
-        result = reality.simulate(stack, **options)
-        return _evaluation(stack, result, samples, aggregate, task).repeated(trials)
+        result = reality.simulate(kinds, phase=phase, **options)
+        evaluation = _evaluation(stack, result, samples, aggregate, task)
+        return replace(evaluation, phases=lattice.phases).repeated(trials)
+    phases: Any = [None] * len(stack) if phase is None else phase
     drawn = [
-        _disturbed(reality.trials(design, trials), perturbations, rng)
-        for design, rng in zip(stack, generators, strict=True)
+        _disturbed(reality.trials(design, trials, phase=ahead), perturbations, rng)
+        for design, ahead, rng in zip(kinds, phases, generators, strict=True)
     ]
-    result = reality.run(np.repeat(stack, trials, axis=0), Trials.joined(drawn), **options)
-    evaluation = _evaluation(stack, result, samples, aggregate, task)
+    result = reality.run(np.repeat(kinds, trials, axis=0), Trials.joined(drawn), **options)
+    evaluation = replace(
+        _evaluation(stack, result, samples, aggregate, task), phases=lattice.phases
+    )
     measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
     return evaluation
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import prod
+from math import log2, prod
 from operator import index as as_index
 from typing import Any, NamedTuple
 
@@ -16,7 +16,11 @@ MAX_SITES = 10**6
 #: Design numbers up to here are int64; larger ones are Python ints in arrays of objects.
 _LARGEST = np.iinfo(np.int64).max
 
-_FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+#: A digit is one character.
+MOST_PHASES = 8
+
+#: What leads to the six sites around one; the first four are level.
+FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 
 
 class Lattice(NamedTuple):
@@ -25,6 +29,10 @@ class Lattice(NamedTuple):
     Site (x, y, z) has index x + nx (y + ny z). A design gives each site a digit (0 absent,
     1 passive, 2 active), and its number is the sum of digit_i 3^i. A lattice equals the tuple of
     its sides.
+
+    One of P phases (`Lattice.of`) has designs whose active voxels differ in when they are pumped:
+    digit 2 + p is active, p / P cycles ahead; numbers are then sums of digit_i (2 + P)^i. It equals
+    lattices of as many phases alone.
 
     Parameters
     ----------
@@ -36,6 +44,8 @@ class Lattice(NamedTuple):
     >>> lattice = Lattice.of((3, 3, 3))
     >>> lattice.sites, lattice.n_designs
     (27, 7625597484987)
+    >>> Lattice.of((2, 2, 2), phases=4).n_designs
+    1679616
     """
 
     nx: int = 2
@@ -43,14 +53,20 @@ class Lattice(NamedTuple):
     nz: int = 2
 
     @classmethod
-    def of(cls, shape: Sequence[int]) -> Lattice:
+    def of(cls, shape: Sequence[int], *, phases: int | None = None) -> Lattice:
         """Return the lattice of a shape (nx, ny, nz).
+
+        Parameters
+        ----------
+        shape : sequence of int
+        phases : int, optional
+            How many an active voxel can have; those of the shape where that is a lattice, else 1.
 
         Raises
         ------
-        ValueError
-            Where these are not three positive whole numbers, or the lattice has more than a
-            million sites.
+        TypeError, ValueError
+            Where these are not three positive whole numbers, the lattice has more than a million
+            sites, or the phases are no whole number from 1 to 8.
         """
         try:
             nx, ny, nz = (as_index(side) for side in shape)
@@ -64,7 +80,25 @@ class Lattice(NamedTuple):
             raise ValueError(
                 f"shape {nx}x{ny}x{nz} has {nx * ny * nz} sites, and at most {MAX_SITES} are taken"
             )
-        return cls(nx, ny, nz)
+        if phases is None:
+            phases = shape.phases if isinstance(shape, Lattice) else 1
+        try:
+            phases = as_index(phases)
+        except TypeError:
+            raise TypeError(f"phases must be a whole number, got {phases!r}") from None
+        if not 1 <= phases <= MOST_PHASES:
+            raise ValueError(f"phases must be from 1 to {MOST_PHASES}, got {phases}")
+        return Lattice(nx, ny, nz) if phases == 1 else PhasedLattice(nx, ny, nz, phases)
+
+    @property
+    def phases(self) -> int:
+        """How many phases an active voxel can have."""
+        return 1
+
+    @property
+    def states(self) -> int:
+        """How many digits a site can have, 2 + phases."""
+        return 2 + self.phases
 
     @property
     def sites(self) -> int:
@@ -73,13 +107,13 @@ class Lattice(NamedTuple):
 
     @property
     def n_designs(self) -> int:
-        """How many designs there are, 3^sites."""
-        return int(3**self.sites)
+        """How many designs there are, states^sites."""
+        return int(self.states**self.sites)
 
     @property
     def has_int64_numbers(self) -> bool:
-        """Whether every design's number fits into an int64, as on up to 39 sites."""
-        return self.sites <= 39
+        """Whether every design's number fits into an int64, as of one phase on up to 39 sites."""
+        return self.sites <= 39 and self.n_designs - 1 <= _LARGEST
 
     def __str__(self) -> str:
         return f"{self.nx}x{self.ny}x{self.nz}"
@@ -94,11 +128,14 @@ class Lattice(NamedTuple):
         for extreme in (array.min(), array.max()) if array.size else ():
             self._check(as_index(extreme))
         if not self.has_int64_numbers:
-            rows = [_digits(as_index(number), self.sites) for number in array.ravel().tolist()]
+            rows = [
+                _digits(as_index(number), self.sites, self.states)
+                for number in array.ravel().tolist()
+            ]
             flat = np.frombuffer(b"".join(rows), dtype=np.uint8)
             return flat.reshape(*array.shape, self.sites).copy()
-        powers = 3 ** np.arange(self.sites, dtype=np.int64)
-        digits: NDArray[np.int64] = array[..., np.newaxis].astype(np.int64) // powers % 3
+        powers = self.states ** np.arange(self.sites, dtype=np.int64)
+        digits: NDArray[np.int64] = array[..., np.newaxis].astype(np.int64) // powers % self.states
         return digits.astype(np.uint8)
 
     def numbers(self, rows: ArrayLike) -> NDArray[Any]:
@@ -108,10 +145,11 @@ class Lattice(NamedTuple):
         """
         array = np.asarray(rows)
         if self.has_int64_numbers:
-            numbers: NDArray[np.int64] = array.astype(np.int64) @ 3 ** np.arange(self.sites)
+            powers = self.states ** np.arange(self.sites)
+            numbers: NDArray[np.int64] = array.astype(np.int64) @ powers
             return numbers
         flat = array.astype(np.uint8).reshape(-1, self.sites)
-        made = np.fromiter((number_of(row.tobytes()) for row in flat), dtype=object)
+        made = np.fromiter((number_of(row.tobytes(), self.states) for row in flat), dtype=object)
         return made.reshape(array.shape[:-1])
 
     def to_stack(self, rows: NDArray[Any]) -> NDArray[Any]:
@@ -126,46 +164,97 @@ class Lattice(NamedTuple):
 
     def random(self, n: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Return n designs drawn uniformly, digits of shape (n, sites)."""
-        return rng.integers(3, size=(n, self.sites))
+        return rng.integers(self.states, size=(n, self.sites))
+
+    def pumped(self, digits: NDArray[Any]) -> tuple[NDArray[np.uint8], NDArray[np.float64] | None]:
+        """Return what the engine takes of digits of any shape, as `simulate` does.
+
+        Returns
+        -------
+        kinds : ndarray of uint8
+            The digits 0 absent, 1 passive, 2 active.
+        phase : ndarray, or None
+            Cycles, 0 where not active; None on a lattice of one phase.
+        """
+        if self.phases == 1:
+            return digits.astype(np.uint8, copy=False), None
+        ahead = np.maximum(digits, 2).astype(np.float64) - 2
+        return np.minimum(digits, 2).astype(np.uint8), ahead / self.phases
 
     def neighbours(self, site: int) -> Iterator[int]:
         """Yield the sites that share a face with one."""
         nx, ny, nz = self
         x, y, z = site % nx, site // nx % ny, site // nx // ny
-        for dx, dy, dz in _FACES:
+        for dx, dy, dz in FACES:
             i, j, k = x + dx, y + dy, z + dz
             if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz:
                 yield i + nx * (j + ny * k)
 
     def _check(self, number: int) -> None:
         # By length first: 3^sites of a large lattice takes a while to compute.
-        if number < 0 or number.bit_length() > 1.6 * self.sites + 1 or number >= self.n_designs:
-            last = self.n_designs - 1 if self.sites <= 40 else f"3^{self.sites} - 1"
+        most_bits = log2(self.states) * self.sites + 1
+        if number < 0 or number.bit_length() > most_bits or number >= self.n_designs:
+            last = self.n_designs - 1 if self.sites <= 40 else f"{self.states}^{self.sites} - 1"
             shown = number if number.bit_length() <= 128 else f"of {number.bit_length()} bits"
             raise ValueError(
                 f"design index {shown} is outside 0 ... {last}, the designs of a {self} lattice"
             )
 
 
-def _digits(number: int, sites: int) -> bytes:
-    """Return the base-3 digits of a number, lowest first; by halves, as long division is slow."""
+class PhasedLattice(Lattice):
+    """A lattice of several phases; `Lattice.of(shape, phases=...)` makes one."""
+
+    _phases: int
+
+    def __new__(cls, nx: int, ny: int, nz: int, phases: int) -> PhasedLattice:
+        """Make one of sides and phases that are known to be good."""
+        lattice = super().__new__(cls, nx, ny, nz)
+        lattice._phases = phases
+        return lattice
+
+    def __getnewargs__(self) -> tuple[int, int, int, int]:
+        return (*self[:], self._phases)
+
+    @property
+    def phases(self) -> int:
+        """How many phases an active voxel can have."""
+        return self._phases
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PhasedLattice) and (*self, self.phases) == (*other, other.phases)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash((*self, self.phases))
+
+    def __repr__(self) -> str:
+        return f"Lattice.of({self[:]}, phases={self.phases})"
+
+    def __str__(self) -> str:
+        return f"{self.phases}-phase {super().__str__()}"
+
+
+def _digits(number: int, sites: int, base: int) -> bytes:
+    """Return a number's digits in a base, lowest first; by halves, as long division is slow."""
     if sites <= 40:
         digits = bytearray(sites)
         for site in range(sites):
-            number, digits[site] = divmod(number, 3)
+            number, digits[site] = divmod(number, base)
         return bytes(digits)
     half = sites // 2
-    high, low = divmod(number, 3**half) if number else (0, 0)
-    return _digits(low, half) + _digits(high, sites - half)
+    high, low = divmod(number, base**half) if number else (0, 0)
+    return _digits(low, half, base) + _digits(high, sites - half, base)
 
 
-def number_of(digits: bytes) -> int:
-    """Return the number that base-3 digits stand for, lowest first."""
+def number_of(digits: bytes, base: int = 3) -> int:
+    """Return the number that digits in a base stand for, lowest first."""
     if len(digits) <= 40:
         number = 0
         for digit in reversed(digits):
-            number = 3 * number + digit
+            number = base * number + digit
         return number
     half = len(digits) // 2
-    high = number_of(digits[half:])
-    return number_of(digits[:half]) + (high * 3**half if high else 0)
+    high = number_of(digits[half:], base)
+    return number_of(digits[:half], base) + (high * base**half if high else 0)

@@ -20,12 +20,12 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import EXPANSIONS, refined, repeated, stack_of
+from softvox_gym.design import EXPANSIONS, refined, repeated
 from softvox_gym.lattice import Lattice, number_of
 from softvox_gym.noise import Trials, not_negative, tilted
 from softvox_gym.physics import PRESETS, Physics
 from softvox_gym.portable import direction, exp, normal
-from softvox_gym.simulation import Result, check_count, simulate
+from softvox_gym.simulation import Result, check_count, pumped, simulate
 
 Array: TypeAlias = NDArray[np.float64]
 PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
@@ -158,8 +158,10 @@ class Reality:
         more = {} if self.is_plain else {name: getattr(self, name) for name in names}
         return {"physics": self.physics.to_dict(), **more}
 
-    def trials(self, design: NDArray[np.uint8], k: int = 1) -> Trials:
-        """Return k trials of a design, digits of shape (nx, ny, nz).
+    def trials(
+        self, design: NDArray[np.uint8], k: int = 1, *, phase: ArrayLike | None = None
+    ) -> Trials:
+        """Return k trials of a design, digits of shape (nx, ny, nz), with phases of its own.
 
         Raises
         ------
@@ -169,13 +171,15 @@ class Reality:
         lattice = Lattice(*design.shape)
         trials = Trials.of(self.physics, lattice, k)
         try:
-            phase = np.broadcast_to(np.asarray(self.phase), design.shape)
+            shared = np.broadcast_to(np.asarray(self.phase), design.shape)
         except ValueError:
             raise ValueError(
                 f"reality {self.name} has phases of shape {np.shape(self.phase)}, which don't fit "
                 f"a {lattice} lattice"
             ) from None
-        trials = trials.changed(phase=trials.phase + phase)
+        trials = trials.changed(phase=trials.phase + shared)
+        if phase is not None:
+            trials = trials.changed(phase=trials.phase + phase)
         if self.strain_error:
             number = number_of(lattice.to_rows(design).tobytes())
             rng = np.random.default_rng([self.seed, *lattice, number])
@@ -184,7 +188,7 @@ class Reality:
             trials = trials.changed(strain=trials.strain * factor)
         return trials
 
-    def simulate(self, designs: Any, **options: Any) -> Result:
+    def simulate(self, designs: Any, *, phase: ArrayLike | None = None, **options: Any) -> Result:
         """Simulate designs in this reality, each once; `simulate` explains designs and options.
 
         Lengths are in voxel widths whatever the resolution is. The frames of a resolution above 1
@@ -195,10 +199,13 @@ class Reality:
         TypeError, ValueError
             As `simulate` does, or where the phases don't fit the designs' lattice.
         """
-        stack = stack_of(designs)
+        stack, phase = pumped(designs, phase)
         if self.is_plain or not len(stack):
-            return self.run(stack, None, **options)
-        return self.run(stack, Trials.joined([self.trials(design) for design in stack]), **options)
+            own: Any = {"phase": phase} if self.is_plain else {}
+            return self.run(stack, None, **own, **options)
+        phases: Any = [None] * len(stack) if phase is None else phase
+        trials = [self.trials(one, phase=ahead) for one, ahead in zip(stack, phases, strict=True)]
+        return self.run(stack, Trials.joined(trials), **options)
 
     def run(self, stack: NDArray[np.uint8], trials: Trials | None, **options: Any) -> Result:
         """Simulate digits, shape (n, nx, ny, nz), each under one of n trials, or plainly."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import prod
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import engine
-from softvox_gym.design import ACTIVE, Design, as_html, stack_of
+from softvox_gym.design import ACTIVE, Design, as_html, batch_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import MOST, Physics
 
@@ -124,7 +125,8 @@ def simulate(
     ----------
     designs : Design, int, str, sequence of these, or ndarray
         One design or a batch on one lattice; an (n,) array of numbers or (n, 8) array of digits for
-        the 2x2x2 lattice, or an (n, nx, ny, nz) array of digits indexed [x, y, z].
+        the 2x2x2 lattice, or an (n, nx, ny, nz) array of digits indexed [x, y, z]. What a `Design`
+        of several phases says of these is added to the phase.
     physics : Physics, optional
         Its arrays hold one value per design. `Physics.published()` where None.
     strain : array_like, shape (n, nx, ny, nz) or (n, cycles, nx, ny, nz), optional
@@ -162,6 +164,7 @@ def simulate(
     >>> [f"{fitness:.2f}" for fitness in result.fitness]
     ['4.66', '4.65']
     """
+    designs, phase = pumped(designs, phase)
     stack, physics, batch = prepared(designs, physics, strain, phase, track=track, frames=frames)
     check_threads(threads)
     if progress is not None and not callable(progress):
@@ -201,7 +204,7 @@ def prepared(
             f"physics must be a Physics, got {type(physics).__name__}; Physics.of(...) makes one "
             "of a preset's name or a dict"
         )
-    stack = stack_of(designs)
+    stack, phase = pumped(designs, phase)
     check_count("track", track, least=0)
     check_count("frames", frames, least=0)
     n = len(stack)
@@ -224,6 +227,20 @@ def prepared(
         frame_count=_frame_count(physics, int(frames)),
     )
     return stack, physics, batch
+
+
+def pumped(
+    designs: Any, phase: ArrayLike | None, *, shape: Sequence[int] | None = None
+) -> tuple[NDArray[np.uint8], ArrayLike | None]:
+    """Return designs as the digits 0, 1, 2, shape (n, nx, ny, nz), and the phase of their voxels.
+
+    What the designs say of the phase is added to what is given. Raises as `stack_of` does.
+    """
+    stack, lattice = batch_of(designs, shape=shape)
+    kinds, own = lattice.pumped(stack)
+    if own is None or phase is None:
+        return kinds, phase if own is None else own
+    return kinds, own + _per_voxel("phase", phase, stack)
 
 
 def check_threads(threads: int | None) -> None:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import stack_of
 from softvox_gym.engine import Progress
 from softvox_gym.realities import PhysicsLike, single_physics
-from softvox_gym.simulation import simulate
+from softvox_gym.simulation import pumped, simulate
 
 
 def step_error(
@@ -47,9 +46,11 @@ def step_error(
     TypeError, ValueError
         As `softvox_gym.evaluate` does.
     """
+    stack, phase = pumped(designs, None, shape=shape)
     error = simulate(
-        stack_of(designs, shape=shape),
+        stack,
         single_physics(physics),
+        phase=phase,
         check_step=True,
         threads=threads,
         progress=progress,

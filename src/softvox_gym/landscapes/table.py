@@ -24,6 +24,7 @@ from softvox_gym.landscapes.section import Column, Section, aligned
 from softvox_gym.lattice import Lattice
 from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import Physics
+from softvox_gym.progress import Progress as ProgressBar
 from softvox_gym.realities import PhysicsLike, Reality, realities
 from softvox_gym.tasks import Task
 
@@ -40,6 +41,16 @@ TRACKS = "landscape.npz"
 #: In that folder: displacements in the named realities and in their simulators, by the names of
 #: `shipped`, and steps under the name and this.
 REALITIES, STEPS = "realities.npz", "_steps"
+
+#: In that folder: under `Physics.published`, displacement and steps of every design of two phases,
+#: and of four the fittest designs; and the digests of both landscapes.
+PHASED, PHASED_DIGESTS = "phased.npz", "phased.json"
+
+#: Of a landscape; with more there are millions of designs.
+MOST_PHASES = 4
+
+#: Designs of several phases that are simulated, and kept, at a time.
+BLOCK = 2**15
 
 #: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
 FORMAT = 3
@@ -123,7 +134,7 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         return [*cells[: SHOWN + 1], ["..."] * len(cells[0]), *cells[SHOWN + 1 :]]
 
 
-def landscape(physics: PhysicsLike | Reality = "published") -> Table:
+def landscape(physics: PhysicsLike | Reality = "published", *, phases: int = 1) -> Table:
     """Return every design of the 2x2x2 lattice and what became of it, exactly.
 
     The landscapes under `Physics.published` and in the named realities ship with the package. Any
@@ -136,10 +147,14 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     physics : str, dict, Physics or Reality
         As `Physics.of` takes it: a preset's name, changes to one, or a Physics of single numbers;
         or a reality, whatever it says besides.
+    phases : int
+        Of active voxels, at most 4: digit 2 + p is active, p / phases cycles ahead, and there are
+        (2 + phases)^8 designs. The published landscape of two phases, 65,536 designs, ships too;
+        that of four, 1,679,616, takes half an hour of one core, once, and then 400 MB of memory.
 
     Returns
     -------
-    Table, a structured ndarray of shape (6561,)
+    Table, a structured ndarray of shape (6561,), or of as many designs as the phases make
         Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
         displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged,
         where these are NaN; steps, the time steps taken; step_error, by how much the fitness
@@ -150,7 +165,7 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     Raises
     ------
     TypeError, ValueError
-        As `Physics.of` does, or for parameters that are arrays.
+        As `Physics.of` does, for parameters that are arrays, or phases that are not from 1 to 4.
 
     Examples
     --------
@@ -158,7 +173,11 @@ def landscape(physics: PhysicsLike | Reality = "published") -> Table:
     >>> table["design"][table["fitness"].argmax()]
     np.int64(6453)
     """
-    return _landscape(Reality.of(physics)).copy()
+    reality, lattice = Reality.of(physics), phased_lattice(phases)
+    if lattice == LATTICE:
+        return _landscape(reality).copy()
+    with ProgressBar(sys.stderr) as progress:
+        return phased(reality, lattice, progress=progress)
 
 
 Reality.landscape = landscape
@@ -182,8 +201,95 @@ def _landscape(reality: Reality) -> Table:
     if kept is not None:
         return _table(physics, kept[:, :3], kept[:, 3].astype(np.int32))
     table = compute(reality)
-    _write(path, table)
+    _write(path, np.stack([table[name] for name in (*AXES, "steps")], axis=-1))
     return table
+
+
+def phased_lattice(phases: int) -> Lattice:
+    """Return the lattice of landscapes of so many phases; raises as `landscape` does."""
+    lattice = Lattice.of(LATTICE, phases=phases)
+    if lattice.phases > MOST_PHASES:
+        raise ValueError(f"phases must be at most {MOST_PHASES} for a landscape, got {phases}")
+    return lattice
+
+
+class Known(NamedTuple):
+    """What became of every design of several phases, in order."""
+
+    displacement: NDArray[np.float64]  # (n, 3), voxel widths; NaN where it diverged
+    steps: NDArray[np.int32]  # (n,)
+
+
+def phased(
+    reality: Reality,
+    lattice: Lattice,
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Table:
+    """Return the landscape of a lattice of several phases, simulated where it is not known."""
+    found = known(reality, lattice)
+    if found is None:
+        found = _simulated(reality, lattice, threads=threads, progress=progress)
+    return _table(reality.plain_physics, *found, lattice)
+
+
+def known(reality: Reality, lattice: Lattice) -> Known | None:
+    """Return what ships, or is in the user's cache folder, of a landscape of several phases."""
+    if lattice == phased_lattice(2) and reality.plain_physics == Physics.published():
+        return _two_phases()
+    path = cache_path(reality, lattice)
+    return _kept(path) if path is not None and path.exists() else None
+
+
+@lru_cache(maxsize=1)
+def _two_phases() -> Known:
+    with (COMPUTED / PHASED).open("rb") as file, np.load(file) as archive:
+        return Known(archive["two"], archive[f"two{STEPS}"])
+
+
+@lru_cache(maxsize=2)
+def _kept(path: Path) -> Known | None:
+    values = _read(path)
+    return None if values is None else Known(values[:, :3], values[:, 3].astype(np.int32))
+
+
+def _simulated(
+    reality: Reality, lattice: Lattice, *, threads: int | None, progress: Progress | None
+) -> Known:
+    """Simulate all designs, block by block: what a stopped run has kept is not done again."""
+    n, path = lattice.n_designs, cache_path(reality, lattice)
+    parts, blocks = [], []
+    for begin in range(0, n, BLOCK):
+        part = None if path is None else path.with_name(f"{path.stem}-{begin}.npy")
+        values = None if part is None else _read(part)
+        if values is None:
+            numbers = np.arange(begin, min(begin + BLOCK, n))
+            kinds, phase = lattice.pumped(lattice.to_stack(lattice.digits(numbers)))
+            result = reality.simulate(
+                kinds,
+                phase=phase,
+                threads=threads,
+                progress=progress and _from(begin, n, progress),
+            )
+            values = np.column_stack([result.displacement, result.steps])
+            if part is not None:
+                _write(part, values)
+        parts += [] if part is None else [part]
+        blocks.append(values)
+    whole = np.concatenate(blocks)
+    if path is not None:
+        _write(path, whole)
+        _kept.cache_clear()
+        if path.exists():
+            for part in parts:
+                part.unlink(missing_ok=True)
+    return Known(whole[:, :3], whole[:, 3].astype(np.int32))
+
+
+def _from(begin: int, total: int, progress: Progress) -> Progress:
+    """Return what tells of a block's progress as that of the whole."""
+    return lambda done, _: progress(begin + done, total)
 
 
 def displacements(table: Table) -> NDArray[np.float64]:
@@ -212,9 +318,12 @@ def compute(
 
 
 def _table(
-    physics: Physics | None, displacement: NDArray[np.float64], steps: NDArray[np.int32]
+    physics: Physics | None,
+    displacement: NDArray[np.float64],
+    steps: NDArray[np.int32],
+    lattice: Lattice = LATTICE,
 ) -> Table:
-    rows = _designs().copy()
+    rows = _designs().copy() if lattice == LATTICE else _rows(lattice)
     for axis, name in enumerate(AXES):
         rows[name] = displacement[:, axis]
     rows["fitness"] = np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
@@ -226,19 +335,31 @@ def _table(
 
 @lru_cache(maxsize=1)
 def _designs() -> NDArray[np.void]:
-    """Return the rows of all designs, without what becomes of them."""
-    rows = np.zeros(N_DESIGNS, dtype=ROW)
-    rows["design"] = np.arange(N_DESIGNS)
-    rows["digits"] = (LATTICE.digits(rows["design"]) + ord("0")).view("S8")[:, 0]
-    for name, values in bodies()._asdict().items():
+    """Return the rows of all designs of one phase, without what becomes of them."""
+    return _rows(LATTICE)
+
+
+def _rows(lattice: Lattice) -> NDArray[np.void]:
+    rows, digits = np.zeros(lattice.n_designs, dtype=ROW), all_digits(lattice)
+    rows["design"] = np.arange(lattice.n_designs)
+    rows["digits"] = (digits + ord("0")).view(f"S{lattice.sites}")[:, 0]
+    facts = bodies() if lattice == LATTICE else BodyFacts.of(digits, lattice)
+    for name, values in facts._asdict().items():
         rows[name] = values
     return rows
 
 
+def all_digits(lattice: Lattice) -> NDArray[np.uint8]:
+    """Return the digits of every design of a small lattice, in order, shape (n, sites)."""
+    n = lattice.n_designs
+    blocks = [np.arange(begin, min(begin + BLOCK, n)) for begin in range(0, n, BLOCK)]
+    return np.concatenate([lattice.digits(numbers) for numbers in blocks])
+
+
 @lru_cache(maxsize=1)
 def bodies() -> BodyFacts:
-    """Return what the bodies of all designs are like, in order."""
-    return BodyFacts.of(LATTICE.digits(np.arange(N_DESIGNS)), LATTICE)
+    """Return what the bodies of all designs of one phase are like, in order."""
+    return BodyFacts.of(all_digits(LATTICE), LATTICE)
 
 
 class Tracks(NamedTuple):
@@ -303,7 +424,24 @@ def looked_up(stack: NDArray[np.uint8], task: Task = DISPLACEMENT) -> Evaluation
     )
 
 
-def cache_path(physics: Physics | Reality) -> Path | None:
+def looked_up_phased(
+    stack: NDArray[np.uint8], lattice: Lattice, found: Known, task: Task = DISPLACEMENT
+) -> Evaluation:
+    """Return the same of designs of several phases; of the track only its start and its end."""
+    design = lattice.numbers(lattice.to_rows(stack))
+    end = found.displacement[design]
+    lost = np.isnan(end[:, 0])
+    return Evaluation(
+        designs=stack,
+        fitness=np.where(lost, 0.0, task.reward(end))[:, np.newaxis],
+        displacement=end[:, np.newaxis],
+        track=np.stack([0 * end, end], axis=1)[:, np.newaxis],
+        steps=found.steps[design].astype(np.int64)[:, np.newaxis],
+        phases=lattice.phases,
+    )
+
+
+def cache_path(physics: Physics | Reality, lattice: Lattice = LATTICE) -> Path | None:
     """Return where the landscape of a physics is kept; None where the user has no folder.
 
     The name stands for all that the table depends on: the values of the physics or the reality,
@@ -311,6 +449,8 @@ def cache_path(physics: Physics | Reality) -> Path | None:
     """
     facts = Reality.of(physics).to_dict()
     identity = {"format": FORMAT, "engine": engine_probe(), **facts}
+    if lattice != LATTICE:
+        identity["lattice"] = [*lattice, lattice.phases]
     name = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
     folder = os.environ.get("SOFTVOX_CACHE")
     try:
@@ -326,10 +466,10 @@ def _user_folder() -> Path:
     return (base if base.is_absolute() else Path.home() / ".cache") / "softvox-gym"
 
 
-def _write(path: Path, table: Table) -> None:
+def _write(path: Path, values: NDArray[np.float64]) -> None:
     """Keep what a table is made of, as `_read` returns it, with a digest; not where denied."""
     array = io.BytesIO()
-    np.save(array, np.stack([table[name] for name in (*AXES, "steps")], axis=-1))
+    np.save(array, values)
     content = array.getvalue()
     with contextlib.suppress(OSError, OutputError):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -337,7 +477,7 @@ def _write(path: Path, table: Table) -> None:
 
 
 def _read(path: Path) -> NDArray[np.float64] | None:
-    """Return displacements and steps, shape (6561, 4); None where none are kept, or damaged."""
+    """Return displacements and steps, shape (n, 4); None where none are kept, or damaged."""
     try:
         content = path.read_bytes()
     except OSError:
