@@ -111,7 +111,8 @@ class Evolutionary(SearcherBase):
         self.toolbox: Any = base.Toolbox()
         self.toolbox.register("clone", Individual.clone)
         self.toolbox.register("mate", tools.cxUniform, indpb=0.5)
-        self.toolbox.register("mutate", mutate, indpb=mutation_rate(mutation, space))
+        rate = mutation_rate(mutation, space)
+        self.toolbox.register("mutate", mutate, indpb=rate, states=space.states)
         self._size = population
         self._crossover = crossover
         self._offspring: list[Individual] = []
@@ -167,9 +168,11 @@ class Evolutionary(SearcherBase):
                 individual.fitness.values = self._objectives(individual, newer[key])
 
     def random(self, n: int) -> list[Individual]:
-        """Return n individuals, each digit drawn uniformly from 0, 1, 2."""
-        sites = range(self.space.sites)
-        return [Individual([random.randrange(3) for _ in sites], self.fitness()) for _ in range(n)]
+        """Return n individuals, each digit drawn uniformly from those that a site can have."""
+        sites, states = range(self.space.sites), self.space.states
+        return [
+            Individual([random.randrange(states) for _ in sites], self.fitness()) for _ in range(n)
+        ]
 
     def _carried(self) -> list[Individual]:
         """Return the individuals that compete again in the next selection."""
@@ -202,11 +205,11 @@ def _check_share(name: str, value: float) -> None:
         raise ValueError(f"{name} must be from 0 to 1, got {value!r}")
 
 
-def mutate(individual: list[int], indpb: float) -> tuple[list[int]]:
-    """Change each digit, with a probability of indpb, to one of the two others, in place.
+def mutate(individual: list[int], indpb: float, states: int = 3) -> tuple[list[int]]:
+    """Change each digit, with a probability of indpb, to one of the others, in place.
 
     Where that changes none, one drawn uniformly does after all. DEAP's `mutUniformInt` draws the
-    new digit from all three, so that it stays what it was in one case out of three.
+    new digit from all of them, so that of three it stays what it was in one case out of three.
 
     Returns
     -------
@@ -215,7 +218,7 @@ def mutate(individual: list[int], indpb: float) -> tuple[list[int]]:
     """
     sites = [site for site in range(len(individual)) if random.random() < indpb]
     for site in sites or [random.randrange(len(individual))]:
-        individual[site] = (individual[site] + random.choice((1, 2))) % 3
+        individual[site] = (individual[site] + random.choice(range(1, states))) % states
     return (individual,)
 
 

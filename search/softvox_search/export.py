@@ -55,7 +55,7 @@ def ioh(results: Results, out: Path) -> list[str]:
             name = "SoftVox" if level is None else f"SoftVox_noise_{level:g}"
             head = f"{_file_name(algorithm)}/IOHprofiler_f{function}_{name}.json"
             scenarios, data = [], {}
-            sites = here["shape"].map(lambda shape: _lattice(shape).sites)
+            sites = here["shape"].map(lambda shape: Lattice.named(shape).sites)
             for (number,), own in sorted(groups(here.assign(sites=sites), "sites")):
                 path = f"data_f{function}_{name}/IOHprofiler_f{function}_DIM{number}.dat"
                 parts = [_run(results, row, instances) for row in own.to_dict("records")]
@@ -90,17 +90,13 @@ def _run(
     lines = [f"{i} {float(value)!r}" for i, value in zip(at, values, strict=True)]
     if at[-1] < len(log["fitness"]):
         lines.append(f"{log['sequence'][-1]} {float(log['fitness'][-1])!r}")
-    design = Design(log["design"][at[-1] - 1], shape=_lattice(row["shape"]))
+    design = Design(log["design"][at[-1] - 1], shape=Lattice.named(row["shape"]))
     facts = {
         "instance": 1 + instances.index((row["physics"], row["shape"])),
         "evals": int(row["evaluations"]),
         "best": {**best, "x": [int(digit) for digit in design.digits]},
     }
     return "\n".join(["evaluations raw_y", *lines]) + "\n", facts
-
-
-def _lattice(shape: str) -> Lattice:
-    return Lattice.of([int(side) for side in shape.split("x")])
 
 
 def _file_name(text: str) -> str:

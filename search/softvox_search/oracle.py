@@ -13,7 +13,7 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from softvox_gym import Lattice
-from softvox_gym.design import ACTIVE, stack_of
+from softvox_gym.design import stack_of
 from softvox_gym.noise import not_negative
 from softvox_gym.physics import MOST
 from softvox_gym.simulation import check_count
@@ -298,8 +298,9 @@ class Oracle:
 def checked(designs: Any, space: Lattice) -> Designs:
     """Return a batch of designs as rows of digits, shape (n, sites), a copy; or SearcherError."""
     is_rows = isinstance(designs, np.ndarray) and designs.shape[1:] == (space.sites,)
+    is_whole = is_rows and designs.dtype.kind in "iu"
     # The quick way, for what most searchers return.
-    if is_rows and designs.dtype.kind in "iu" and not ((designs < 0) | (designs > ACTIVE)).any():
+    if is_whole and not ((designs < 0) | (designs >= space.states)).any():
         return np.array(designs, dtype=np.int64)
     try:
         stack = stack_of(designs, shape=space)

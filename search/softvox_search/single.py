@@ -8,10 +8,11 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import TABLE_ENV_ID, Design, Lattice, Physics, landscape, noisy_landscape
+from softvox_gym import TABLE_ENV_ID, Design, Lattice, Physics, noisy_landscape
 from softvox_gym import evaluate as evaluate_designs
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.landscapes.noisy import LEVELS
+from softvox_gym.landscapes.table import has_table
 from softvox_gym.missing import missing
 from softvox_gym.rendering import png
 from softvox_gym.wrappers.vector import JakobiNoise
@@ -21,6 +22,7 @@ from softvox_search.oracle import Budget, Oracle, Progress
 from softvox_search.policies import Policy, with_policy
 from softvox_search.protocol import SearcherError
 from softvox_search.registry import make
+from softvox_search.report.truth import exact_fitness
 from softvox_search.run import believed, run
 
 ENV_ID = "SoftVox-v0"
@@ -66,7 +68,7 @@ def search(
     Returns
     -------
     facts : dict
-        Ready for JSON: the ``design`` recommended (its number), its ``digits`` and ``shape``;
+        Ready for JSON: the ``design`` recommended (its number), its ``digits``, ``shape``, ``phases``;
         ``fitness`` without noise and, where the landscape is known, ``best``, ``rank`` (one more
         than there are better designs) and ``regret``; the ``level``; what the searcher ``believed``
         it to be worth, None where it can't say; the same four by mean fitness ``under_noise``, None
@@ -87,11 +89,12 @@ def search(
     """
     space = space or Lattice()
     is_published = Physics.of(physics) == Physics.published()
+    is_known = is_published and has_table(space)
 
     def environment(n: int) -> Any:
         # The table has the engine's bits.
-        if space == Lattice() and is_published and not level:
-            return gym.make_vec(TABLE_ENV_ID, num_envs=n)
+        if is_known and not level:
+            return gym.make_vec(TABLE_ENV_ID, num_envs=n, phases=space.phases)
         env: Any = gym.make_vec(ENV_ID, num_envs=n, shape=space, physics=physics)
         return env if not level else JakobiNoise(env, level)
 
@@ -117,9 +120,9 @@ def search(
     columns = oracle.log.columns()
     evaluated = columns["sequence"][columns["design"] == identity(design)].tolist()
     under_noise = None
-    if space == Lattice():
-        standing = _standing(design, landscape(physics)["fitness"])
-        if level is not None and level in LEVELS and is_published:
+    if (exact := exact_fitness(physics, space)) is not None:
+        standing = _standing(design, exact["raw"])
+        if space == Lattice() and level is not None and level in LEVELS and is_published:
             under_noise = _standing(design, noisy_landscape(level)["mean"])
     else:
         standing = {"fitness": float(evaluate_designs(design, physics).value[0])}
@@ -127,6 +130,7 @@ def search(
         "design": design.index,
         "digits": design.digits,
         "shape": list(design.shape),
+        "phases": design.lattice.phases,
         **standing,
         "level": level,
         "believed": believed(made, design, columns),

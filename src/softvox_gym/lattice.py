@@ -90,6 +90,12 @@ class Lattice(NamedTuple):
             raise ValueError(f"phases must be from 1 to {MOST_PHASES}, got {phases}")
         return Lattice(nx, ny, nz) if phases == 1 else PhasedLattice(nx, ny, nz, phases)
 
+    @classmethod
+    def named(cls, text: str) -> Lattice:
+        """Return the lattice whose `str` is a text."""
+        *phased, sides = text.split("-phase ")
+        return cls.of([int(side) for side in sides.split("x")], phases=int("".join(phased) or 1))
+
     @property
     def phases(self) -> int:
         """How many phases an active voxel can have."""

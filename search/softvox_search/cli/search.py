@@ -32,7 +32,8 @@ DESCRIPTION = """\
 Let a searcher look for the fittest robot, and hold what it recommends against
 all 6561: its fitness, its regret (what it lacks to the best), its rank, when
 it was found, and a picture of it after its run. On another lattice, --shape,
-the best is not known, and regret and rank are left out.
+the best is not known, and regret and rank are left out. With --phases 2 it is
+known, with others once "softvox landscape --phases P" was run.
 
 With --noise every evaluation is a fresh draw; "believed" is then what the
 searcher thinks that its recommendation is worth. The switches against luck
@@ -52,6 +53,7 @@ SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 HELP = {
     "option": "of the searcher, as in TOML; may be given several times",
     "shape": "the lattice (default: 2 2 2)",
+    "phases": "of active voxels, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
     "seed": "of all random numbers (default: 0)",
     "budget": "different designs; with noise, evaluations (default: %(default)s)",
     "evaluations": "at most so many evaluations, repeated ones included "
@@ -87,6 +89,7 @@ def add_parser(commands: Any) -> None:
     options: dict[str, dict[str, Any]] = {
         "option": {"action": "append", "default": [], "metavar": "KEY=VALUE"},
         "shape": {**whole, "nargs": 3, "default": (2, 2, 2), "metavar": ("NX", "NY", "NZ")},
+        "phases": {**whole, "default": 1, "metavar": "P"},
         "seed": {"type": not_negative, "default": 0, "metavar": "N"},
         "budget": {**whole, "default": 500},
         "evaluations": whole,
@@ -137,7 +140,7 @@ def _search(args: Namespace) -> int:
     if not args.no_picture:
         check_output("--picture", picture, (".png",), force=args.force or not args.picture)
     try:
-        space = Lattice.of(args.shape)
+        space = Lattice.of(args.shape, phases=args.phases)
     except ValueError as error:
         raise BadInputError(f"--{error}") from error
     physics = physics_of(args).to_dict()
@@ -167,7 +170,8 @@ def _search(args: Namespace) -> int:
 
 def _text(facts: dict[str, Any], budget: int) -> str:
     """Return what `single.search` found for people."""
-    space, level, under = Lattice(*facts["shape"]), facts["level"], facts["under_noise"]
+    space = Lattice.of(facts["shape"], phases=facts["phases"])
+    level, under = facts["level"], facts["under_noise"]
     is_known, fitness = "rank" in facts, f"{facts['fitness']:.4f} voxel widths"
     said = {"design": facts["design"], "digits": facts["digits"]}
     if is_known:

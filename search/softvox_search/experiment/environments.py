@@ -11,7 +11,8 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import VectorEnv
 
-from softvox_gym import ENV_ID, TABLE_ENV_ID, Lattice
+from softvox_gym import ENV_ID, TABLE_ENV_ID
+from softvox_gym.landscapes.table import has_table
 from softvox_gym.wrappers import vector
 from softvox_search.experiment import transfer
 from softvox_search.experiment.schema import NOISE, Experiment, Problem, UsageError, meant, tried
@@ -55,8 +56,8 @@ def answers_from_table(problem: Problem) -> bool:
     """
     return (
         problem.table
-        and problem.shape == Lattice()
         and not problem.changes
+        and has_table(problem.shape)
         and not any(
             ":" in wrapper["name"] or (wrapper["name"] == NOISE and wrapper.get("level", 1) != 0)
             for wrapper in problem.stack()
@@ -106,7 +107,7 @@ def check(
 def _environment(problem: Problem, num_envs: int) -> Any:
     env: Any
     if answers_from_table(problem):
-        env = gym.make_vec(TABLE_ENV_ID, num_envs=num_envs)
+        env = gym.make_vec(TABLE_ENV_ID, num_envs=num_envs, phases=problem.shape.phases)
     else:  # one thread: the runs themselves are in parallel
         options: dict[str, Any] = {"shape": problem.shape, "physics": problem.values, "threads": 1}
         env = gym.make_vec(ENV_ID, num_envs=num_envs, **options)

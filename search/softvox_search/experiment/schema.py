@@ -21,6 +21,7 @@ from msgspec.structs import asdict
 
 from softvox_gym import Lattice, Physics
 from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.lattice import MOST_PHASES
 from softvox_search.oracle import Budget
 from softvox_search.policies import Policy
 
@@ -122,6 +123,7 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     shape: Annotated[list[Count | list[Count]], Meta(min_length=1)] = msgspec.field(
         default_factory=lambda: [2, 2, 2]
     )
+    phases: Annotated[int, Meta(ge=1, le=MOST_PHASES)] | msgspec.UnsetType = msgspec.UNSET
     table: bool = True
     levels: Annotated[list[Level], Meta(min_length=1)] | None = None
     wrappers: list[dict[str, Any]] = []
@@ -157,7 +159,9 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def shapes(self) -> list[Lattice]:
         """Return the lattices."""
         given: list[Any] = self.shape
-        return [Lattice.of(one) for one in (given if isinstance(given[0], list) else [given])]
+        phases = self.phases or 1
+        shapes = given if isinstance(given[0], list) else [given]
+        return [Lattice.of(one, phases=phases) for one in shapes]
 
     def searcher_choices(self) -> list[Searcher]:
         """Return the searchers, one for every combination of options that are lists."""
@@ -213,6 +217,7 @@ class Problem:
         return {
             "physics": self.changes,
             "shape": list(self.shape),
+            **({"phases": self.shape.phases} if self.shape.phases > 1 else {}),
             "level": self.level,
             "wrappers": list(self.wrappers),
         }

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from softvox_search.report.truth import SHAPE, TERMS, exact_fitness
+from softvox_search.report.truth import TERMS, exact_fitness
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
@@ -91,15 +91,14 @@ def finished(results: Results) -> pd.DataFrame:
         ignore_index=True,
     )
     known = {
-        problem.physics: exact_fitness(problem.values)
+        (problem.physics, str(problem.shape)): exact_fitness(problem.values, problem.shape)
         for problem in results.problems
-        if tuple(problem.shape) == SHAPE
     }
     budgets = results.budgets
     columns: dict[str, list[Any]] = {name: [] for name in ("limit", "landscape", *TERMS)}
     for row in records(runs):
         log = results.evaluations(row["run"])
-        landscape = known[row["physics"]] if row["shape"] == "{}x{}x{}".format(*SHAPE) else None
+        landscape = known[row["physics"], row["shape"]]
         stated = [budgets[row["searcher"]].get(name) for name in ("unique", "evaluations")]
         columns["limit"].append(min(filter(None, stated), default=row["unique"]))
         columns["landscape"].append(landscape)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from softvox_gym import Lattice
 from softvox_search.report.curves import AXES, PROBLEM, groups
 from softvox_search.report.statistics import band, compare, holm, iqm, mean
 from softvox_search.report.truth import truth_at
@@ -44,7 +45,7 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
 def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> tuple[Any, str]:
     """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
     values = next(known.values for known in problems if known.physics == problem["physics"])
-    return truth_at(problem["level"], values, [int(side) for side in problem["shape"].split("x")])
+    return truth_at(problem["level"], values, Lattice.named(problem["shape"]))
 
 
 def reference_policy(policies: Iterable[str]) -> str:

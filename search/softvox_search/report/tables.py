@@ -129,8 +129,9 @@ def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
                 row["truth"] = noise.truth_of(row, given)[1]
             row |= {"finest": np.nan, "hard": np.nan}
             if landscape:
-                below = [row["goal"] - own[:, np.newaxis] for own in landscape.values()]
-                met = np.sum(below <= targets(row["goal"]), axis=1)
+                below = [np.sort(row["goal"] - own) for own in landscape.values()]
+                hurdles = targets(row["goal"])
+                met = np.array([np.searchsorted(own, hurdles, side="right") for own in below])
                 row |= {"finest": met[0, -1], "hard": np.sum(met.max(axis=0) <= 4)}
         ends = [files[name][row[name]] for name in several]
         ends += [] if np.isnan(row["level"]) else [f"level_{row['level']:g}"]

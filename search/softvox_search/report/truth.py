@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import softvox_gym
-from softvox_gym import Physics
+from softvox_gym import Lattice, Physics, Reality
 from softvox_gym.landscapes.analysis import symmetry_classes
+from softvox_gym.landscapes.analysis.phased import best_of_class
+from softvox_gym.landscapes.table import LATTICE, known
 
 Array = NDArray[np.float64]
-
-#: The lattice whose designs are all known.
-SHAPE = (2, 2, 2)
 
 #: Two ways to count: every design for itself; or a robot turned or mirrored as the same robot.
 TERMS = ("raw", "class")
@@ -25,14 +24,32 @@ TERMS = ("raw", "class")
 AnyPhysics = str | Mapping[str, Any] | Physics
 
 
-def exact_fitness(physics: AnyPhysics = "published") -> dict[str, Array]:
+def exact_fitness(
+    physics: AnyPhysics = "published", lattice: Lattice = LATTICE
+) -> dict[str, Array] | None:
     """Return the noise-free fitness of every 2x2x2 design in each of `TERMS`.
+
+    None where that is not known: of several phases only what ships, or was computed here once.
 
     In class terms a design is worth the best of its symmetry class (turned about the vertical,
     mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best robot,
     6453 (4.66), turned by a quarter. Voxel widths, 0 where a design diverges, of shape (6561,).
     """
-    return _exact_fitness(Physics.of(physics))
+    if lattice == LATTICE:
+        return _exact_fitness(Physics.of(physics))
+    reality = Reality.of(physics)
+    if lattice[:] != LATTICE or known(reality, lattice) is None:
+        return None
+    return _phased_fitness(reality, lattice)
+
+
+@lru_cache(maxsize=2)
+def _phased_fitness(reality: Reality, lattice: Lattice) -> dict[str, Array]:
+    found = known(reality, lattice)
+    assert found is not None
+    x, y, _ = np.nan_to_num(found.displacement.T)
+    raw = np.sqrt(x * x + y * y)
+    return dict(zip(TERMS, (raw, best_of_class(raw, lattice)), strict=True))
 
 
 @lru_cache(maxsize=64)
@@ -44,7 +61,7 @@ def _exact_fitness(physics: Physics) -> dict[str, Array]:
     return dict(zip(TERMS, (raw, best[classes]), strict=True))
 
 
-def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> tuple[Array | None, str]:
+def truth_at(level: float, physics: AnyPhysics, lattice: Lattice) -> tuple[Array | None, str]:
     """Return what designs are worth at a level of noise, as far as anybody knows.
 
     Level 0 is exact on the 2x2x2 lattice under any physics. The other levels are means over many
@@ -58,11 +75,13 @@ def truth_at(level: float, physics: AnyPhysics, shape: Sequence[int]) -> tuple[A
     note : str
         Which design is best, or why nothing is known, in words.
     """
-    if tuple(shape) != SHAPE:
+    if (found := exact_fitness(physics, lattice)) is None:
         return None, "no true values (not every design of this lattice was simulated)"
     exactly = "(exact)"
     if level == 0:
-        value = exact_fitness(physics)["raw"]
+        value = found["raw"]
+    elif lattice.phases > 1:
+        return None, "no true values (noise was measured on designs of one phase)"
     elif Physics.of(physics) != Physics.published():
         return None, "no true values (noise was measured under the published physics)"
     else:

@@ -35,7 +35,7 @@ class CatCma(Adapter):
 
     def _start(self) -> None:
         self._optimiser = library("cmaes").CatCMAwM(
-            c_space=[3] * self.space.sites, seed=self._seed()
+            c_space=[self.space.states] * self.space.sites, seed=self._seed()
         )
         self._generation: list[tuple[Any, float]] = []
         self._has_news = False

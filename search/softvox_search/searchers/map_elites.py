@@ -79,7 +79,11 @@ class MapElites(SearcherBase):
         self._bred_of = elites[self.rng.integers(len(elites), size=size)]
         with self._random.swapped_in():
             return rows(
-                (mutate(elite, self._mutation)[0] for elite in self._bred_of.tolist()), self.space
+                (
+                    mutate(elite, self._mutation, self.space.states)[0]
+                    for elite in self._bred_of.tolist()
+                ),
+                self.space,
             )
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
@@ -124,5 +128,5 @@ def kinds(designs: Designs, info: Info) -> NDArray[np.int64]:
     sector = np.full(len(designs), NOWHERE)
     sector[is_moving] = np.rint(turns[is_moving] * SECTORS).astype(np.int64) % SECTORS
     return np.stack(
-        [(designs != ABSENT).sum(axis=1), (designs == ACTIVE).sum(axis=1), sector], axis=1
+        [(designs != ABSENT).sum(axis=1), (designs >= ACTIVE).sum(axis=1), sector], axis=1
     )

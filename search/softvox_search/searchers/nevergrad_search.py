@@ -58,7 +58,8 @@ class Nevergrad(Adapter):
                 f"optimizer {self.optimizer!r} is none of Nevergrad's; near it are "
                 f"{', '.join(near)}; all are in nevergrad.optimizers.registry"
             )
-        digits = nevergrad.p.TransitionChoice([0, 1, 2], repetitions=self.space.sites)
+        states = list(range(self.space.states))
+        digits = nevergrad.p.TransitionChoice(states, repetitions=self.space.sites)
         digits.random_state = np.random.RandomState(self._seed())
         self._optimiser = known[self.optimizer](digits)
 

@@ -52,7 +52,7 @@ class Nsga2(Evolutionary):
         self.toolbox.register("select", tools.selTournamentDCD, k=population)
 
     def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
-        return (value, individual.count(ACTIVE))
+        return (value, sum(digit >= ACTIVE for digit in individual))
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
         pool = offspring + self.population

@@ -36,7 +36,7 @@ class Tpe(Adapter):
 
     def _start(self) -> None:
         optuna = library("optuna")
-        digit = optuna.distributions.CategoricalDistribution((0, 1, 2))
+        digit = optuna.distributions.CategoricalDistribution(range(self.space.states))
         self._digits = {f"site_{i}": digit for i in range(self.space.sites)}
         with _quiet(optuna):
             self._study = optuna.create_study(

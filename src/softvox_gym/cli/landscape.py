@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+import zipfile
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -12,19 +13,39 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.cli.parser import add_physics, add_threads, physics_of
-from softvox_gym.cli.terminal import bad_input
-from softvox_gym.files import check_folder, write_folder
+from softvox_gym.cli.parser import add_physics, add_threads, physics_of, whole_number
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.files import archive_of, check_folder, write_folder
 from softvox_gym.landscapes.analysis import analyse
+from softvox_gym.landscapes.analysis.phased import analyse_phased
 from softvox_gym.landscapes.section import Column, Section
-from softvox_gym.landscapes.table import AXES, N_DESIGNS, Table, compute
+from softvox_gym.landscapes.table import (
+    AXES,
+    COMPUTED,
+    MOST_PHASES,
+    N_DESIGNS,
+    PHASED_DIGESTS,
+    Table,
+    cache_path,
+    compute,
+    phased,
+    phased_lattice,
+)
 from softvox_gym.manifest import digest, provenance
+from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
+from softvox_gym.realities import Reality
 
 TABLE, MANIFEST = FILES = ("landscape.csv", "manifest.json")
 ANALYSIS, DOCUMENT, *TABLES = ANALYSIS_FILES = (
     "analysis.json", "analysis.md", "local_optima.csv", "classes.csv", "neighbours.csv"
 )  # fmt: skip
+
+#: In place of the table, where that has millions of rows.
+PACKED = "landscape.npz"
+
+#: How many designs there are, by phases.
+N_PHASED = {phases: phased_lattice(phases).n_designs for phases in range(2, MOST_PHASES + 1)}
 
 #: What the published run took (Kriegman et al., RoboSoft 2020).
 PAPER_CPU_HOURS = 58
@@ -44,9 +65,19 @@ to one error; a design that diverged counts as 0), print that too, and write
   {DOCUMENT}    for people, every number with its meaning
   {", ".join(TABLES)}
                  a row per local optimum, symmetry class and design
+
+With --phases 2, 3 or 4 active voxels differ in when they are pumped: digit
+2 + p is active, p / P cycles ahead. That makes {N_PHASED[2]:,}, {N_PHASED[3]:,} or
+{N_PHASED[4]:,} designs; 4 phases take half an hour of one core. What was
+simulated is kept in the user's cache folder, and an interrupted command goes
+on from there. Above 2 phases the table is {PACKED}, the same columns for
+numpy.load. The analysis is shorter, and tells which designs the kit can build.
 """
 
 BEST = 10
+
+#: Landscapes of more designs are no CSV.
+MOST_ROWS = 10**5
 
 
 def add_parser(commands: Any) -> None:
@@ -55,7 +86,7 @@ def add_parser(commands: Any) -> None:
         "landscape",
         help="simulate all 6561 designs into a table",
         description=DESCRIPTION,
-        usage="softvox landscape [--out DIR] [--force] [--analyse] [options]",
+        usage="softvox landscape [--out DIR] [--force] [--analyse] [--phases P] [options]",
     )
     parser.add_argument(
         "--out",
@@ -75,6 +106,13 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="simulate all at half the time step as well, and tell what that changes",
     )
+    parser.add_argument(
+        "--phases",
+        type=whole_number,
+        default=1,
+        metavar="P",
+        help="of active voxels, 1 to 4 (default: 1)",
+    )
     add_threads(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     add_physics(parser)
@@ -84,6 +122,8 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check that the result can be written, then make it, write it and sum it up."""
     physics = physics_of(args)
+    if args.phases > 1:
+        return _run_phased(args, physics)
     names = [*FILES, *ANALYSIS_FILES] if args.analyse else FILES
     with bad_input("--out"):
         check_folder(args.out, names, force=args.force)
@@ -110,6 +150,52 @@ def run(args: Namespace) -> int:
         write_folder(args.out, texts, force=args.force)
     print("\n\n".join([*shown, f"wrote into {args.out}: {', '.join(names)}"]))
     return 0
+
+
+def _run_phased(args: Namespace, physics: Physics) -> int:
+    """Do the same with several phases, from what ships or is kept where it is there."""
+    if args.check_step:
+        raise BadInputError("--check-step is for one phase; leave it or --phases out")
+    try:
+        lattice = phased_lattice(args.phases)
+    except ValueError as error:
+        raise BadInputError(f"--{error}") from error
+    packed = lattice.n_designs > MOST_ROWS
+    names = [PACKED if packed else TABLE, MANIFEST, *([ANALYSIS, DOCUMENT] * args.analyse)]
+    with bad_input("--out"):
+        check_folder(args.out, names, force=args.force)
+    with bad_input(), Progress(sys.stderr, quiet=args.quiet) as progress:
+        origin = provenance(threads=args.threads)
+        table = phased(Reality.of(physics), lattice, threads=args.threads, progress=progress)
+    found = {"phases": lattice.phases, **facts(table)}
+    shown = [best_section(table).text(), f"{len(table)} designs, digest {found['digest']}"]
+    expected = json.loads((COMPUTED / PHASED_DIGESTS).read_text("utf-8")).get(str(lattice.phases))
+    if expected and physics == Physics.published():
+        if expected != found["digest"]:
+            raise BadInputError(
+                f"the bits are not those that were published, whose digest is {expected}; if "
+                f"{cache_path(physics, lattice)} is there, remove it and try again"
+            )
+        shown[-1] += ", which is the published one"
+    table_file = _packed(table) if packed else table.section().csv()
+    contents: dict[str, bytes | str] = {names[0]: table_file}
+    contents[MANIFEST] = as_json({**origin, "arguments": args.arguments, **found})
+    if args.analyse:
+        analysis = analyse_phased(table["fitness"], lattice)
+        data = {name: {**origin, **found}[name] for name in ("version", "commit", "digest")}
+        contents[ANALYSIS] = as_json({**data, **analysis.to_dict()})
+        contents[DOCUMENT] = analysis.markdown()
+        shown.append(analysis.text())
+    with bad_input("--out"):
+        write_folder(args.out, contents, force=args.force)
+    print("\n\n".join([*shown, f"wrote into {args.out}: {', '.join(names)}"]))
+    return 0
+
+
+def _packed(table: Table) -> bytes:
+    """Return a table's columns, but the digits, as an archive."""
+    columns = {name: table[name] for name in table.dtype.names or () if name != "digits"}
+    return archive_of(columns, zipfile.ZIP_DEFLATED)
 
 
 def facts(table: Table) -> dict[str, Any]:
@@ -150,12 +236,17 @@ def as_json(values: dict[str, Any]) -> str:
     return json.dumps(values, indent=2, allow_nan=False) + "\n"
 
 
-def summary(table: Table, manifest: dict[str, Any]) -> str:
-    """Return the ten best, and the time beside the paper's."""
+def best_section(table: Table) -> Section:
+    """Return the ten best."""
     names = ("design", "digits", "fitness", "dx", "dy")
     best = enumerate(ranking(table)[:BEST][list(names)].tolist(), start=1)
     columns = [Column(name, name) for name in ("rank", *names[:2])]
     columns += [Column(name, name, ".4f") for name in names[2:]]
+    return Section(columns=columns, rows=[(rank, *row) for rank, row in best])
+
+
+def summary(table: Table, manifest: dict[str, Any]) -> str:
+    """Return the ten best, and the time beside the paper's."""
     times = PAPER_CPU_HOURS * 3600 / manifest["cpu_seconds"]
     diverged = manifest["n_diverged"]
     lost = f", of which {diverged} diverged" if diverged else ""
@@ -163,7 +254,7 @@ def summary(table: Table, manifest: dict[str, Any]) -> str:
         **manifest
     )
     return f"""\
-{Section(columns=columns, rows=[(rank, *row) for rank, row in best]).text()}
+{best_section(table).text()}
 
 {len(table)} designs in {manifest["seconds"]:.1f} s{lost} ({effort})
 the paper's {PAPER_CPU_HOURS} CPU-hours are {float(f"{times:.2g}"):,.10g} times that"""

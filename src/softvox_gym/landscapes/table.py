@@ -242,6 +242,13 @@ def known(reality: Reality, lattice: Lattice) -> Known | None:
     return _kept(path) if path is not None and path.exists() else None
 
 
+def has_table(lattice: Lattice) -> bool:
+    """Return whether the published landscape of a lattice ships, or was computed here before."""
+    if lattice == LATTICE:
+        return True
+    return lattice[:] == LATTICE and known(Reality.of(Physics.published()), lattice) is not None
+
+
 @lru_cache(maxsize=1)
 def _two_phases() -> Known:
     with (COMPUTED / PHASED).open("rb") as file, np.load(file) as archive:
@@ -410,8 +417,15 @@ def _facts(reality: Reality) -> str:
     return json.dumps(reality.to_dict(), sort_keys=True)
 
 
-def looked_up(stack: NDArray[np.uint8], task: Task = DISPLACEMENT) -> Evaluation:
-    """Return what `evaluate` would of designs, shape (n, 2, 2, 2), under `Physics.published`."""
+def looked_up(
+    stack: NDArray[np.uint8], task: Task = DISPLACEMENT, lattice: Lattice = LATTICE
+) -> Evaluation:
+    """Return what `evaluate` would of designs, shape (n, 2, 2, 2), under `Physics.published`.
+
+    Of several phases the track has its start and its end alone, and there must be a table.
+    """
+    if lattice != LATTICE:
+        return _looked_up_phased(stack, task, lattice)
     design = LATTICE.numbers(LATTICE.to_rows(stack))
     track, steps = tracks()
     end = track[design, -1]
@@ -424,20 +438,27 @@ def looked_up(stack: NDArray[np.uint8], task: Task = DISPLACEMENT) -> Evaluation
     )
 
 
-def looked_up_phased(
-    stack: NDArray[np.uint8], lattice: Lattice, found: Known, task: Task = DISPLACEMENT
-) -> Evaluation:
-    """Return the same of designs of several phases; of the track only its start and its end."""
+def _looked_up_phased(stack: NDArray[np.uint8], task: Task, lattice: Lattice) -> Evaluation:
+    found = known(Reality.of(Physics.published()), lattice)
+    if found is None:
+        raise ValueError(no_table(lattice))
     design = lattice.numbers(lattice.to_rows(stack))
     end = found.displacement[design]
-    lost = np.isnan(end[:, 0])
     return Evaluation(
         designs=stack,
-        fitness=np.where(lost, 0.0, task.reward(end))[:, np.newaxis],
+        fitness=np.nan_to_num(task.reward(end))[:, np.newaxis],
         displacement=end[:, np.newaxis],
         track=np.stack([0 * end, end], axis=1)[:, np.newaxis],
         steps=found.steps[design].astype(np.int64)[:, np.newaxis],
         phases=lattice.phases,
+    )
+
+
+def no_table(lattice: Lattice) -> str:
+    """Return what to say where a landscape of several phases is needed and not here."""
+    return (
+        f"the landscape of the {lattice} lattice is not on this machine; "
+        f"softvox landscape --phases {lattice.phases} makes it"
     )
 
 
