@@ -68,8 +68,9 @@ def search(
     Returns
     -------
     facts : dict
-        Ready for JSON: the ``design`` recommended (its number), its ``digits``, ``shape``, ``phases``;
-        ``fitness`` without noise and, where the landscape is known, ``best``, ``rank`` (one more
+        Ready for JSON: the ``design`` recommended (its number), its ``digits``, ``shape`` and
+        ``phases``; ``fitness`` without noise and, where the landscape is known, ``best``, ``rank``
+        (one more
         than there are better designs) and ``regret``; the ``level``; what the searcher ``believed``
         it to be worth, None where it can't say; the same four by mean fitness ``under_noise``, None
         where that was not measured; the evaluation ``found_at``, None where there was none; what

@@ -59,4 +59,5 @@ _register("SoftVox-v0")
 _register(ENV_ID, shape=[2, 2, 2])  # lists, as a spec has them that is read from JSON
 _register("SoftVox3x3x3-v0", shape=[3, 3, 3])
 _register("SoftVox4x4x4-v0", shape=[4, 4, 4])
+_register("SoftVoxPhased2x2x2-v0", shape=[2, 2, 2], phases=4)
 _register(TABLE_ENV_ID, from_table=True)

@@ -21,6 +21,7 @@ BEST = np.array([0, 0, 0, 2, 1, 2, 2, 2])
 DIVERGENT = {"preset": "published", "strain": 150.0}
 
 IDS = ["SoftVox-v0", softvox_gym.ENV_ID, "SoftVox3x3x3-v0", "SoftVox4x4x4-v0"]
+IDS += ["SoftVoxPhased2x2x2-v0"]
 
 
 def make(**options):

@@ -19,7 +19,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics as RecordVectorEpi
 
 import softvox_gym
 
-IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0"]
+IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0", "SoftVoxPhased2x2x2-v0"]
 VECTORISERS = ["sync", "async", "vector_entry_point"]
 
 

@@ -53,6 +53,10 @@ KEYS = """\
   physics        a preset's name, a table of parameters, with a label if you
                  like, or a list of such ("published")
   shape          of the lattice, or a list of such ([2, 2, 2])
+  phases         of active voxels (1): digit 2 + p is active, p / phases cycles
+                 ahead; the regret is known where the landscape is on this
+                 machine: that of 2 ships, "softvox landscape --phases P" makes
+                 others, and from those, too, the table answers
   table          whether the exact table answers where nothing disturbs the
                  simulation, with the same bits (true)
   levels         of JakobiNoise, which is put around the bare environment, or is

@@ -185,7 +185,7 @@ def _text(facts: dict[str, Any], budget: int) -> str:
         said["believed"] = f"{believed}, at level {level:g}"
         at = f"at level {level:g}"
         if level in LEVELS:
-            at = "for this physics" if is_known else f"on {space}"
+            at = "for this physics" if space == Lattice() else f"on {space}"
         said["under noise"] = f"not known {at}; known at {KNOWN} of the physics published, on 2x2x2"
     if under:
         said["under noise"] = (

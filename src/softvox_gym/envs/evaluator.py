@@ -17,7 +17,7 @@ from softvox_gym.evaluation import (
     Evaluation,
     evaluate,
 )
-from softvox_gym.landscapes.table import LATTICE, looked_up
+from softvox_gym.landscapes.table import LATTICE, has_table, looked_up, no_table
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import Motion
 from softvox_gym.noise import Perturbation
@@ -91,9 +91,10 @@ class Evaluator:
         task: str | Task,
         heading: float | None,
         from_table: bool,
+        phases: int | None = None,
         threads: int | None = None,
     ) -> None:
-        self.lattice = Lattice.of(shape)
+        self.lattice = Lattice.of(shape, phases=phases)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
         self.task = Task.of(task, heading)
@@ -104,15 +105,19 @@ class Evaluator:
             known = ", ".join(map(repr, METADATA["render_modes"]))
             raise ValueError(f"render_mode must be None or one of {known}, got {render_mode!r}")
         is_published = self.reality.plain_physics == Physics.published()
-        if from_table and not (is_published and self.lattice == LATTICE):
+        if from_table and not (is_published and self.lattice[:] == LATTICE):
             raise ValueError(
                 "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
                 "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
             )
+        if from_table and not has_table(self.lattice):
+            raise ValueError(no_table(self.lattice))
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
-        self.action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
+        if from_table and self.lattice.phases > 1:
+            samples = 2  # the table has no tracks
+        self.action_space = spaces.MultiDiscrete([self.lattice.states] * self.lattice.sites)
         self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(
             -np.inf, np.inf, shape=(samples, 3), dtype=np.float64
         )
@@ -145,20 +150,23 @@ class Evaluator:
         if actions.heard is not None:
             actions.heard.append(True)
         sites = self.lattice.sites
+        *first, last = map(str, range(self.lattice.states))
         if actions.dtype.kind not in "iu" or actions.ndim != 2 or actions.shape[1] != sites:
+            numbers = ", ".join(first)
             raise ValueError(
-                f"an action must be {sites} whole numbers 0, 1 or 2, one per site; "
+                f"an action must be {sites} whole numbers {numbers} or {last}, one per site; "
                 f"got {actions.dtype} values of shape {actions.shape[1:]}"
             )
-        rows = checked_digits(np.asarray(actions), what="an action")
+        rows = checked_digits(np.asarray(actions), self.lattice, what="an action")
         stack = self.lattice.to_stack(rows)
         trials = actions.trials or 1
         if self.from_table:
-            evaluation = looked_up(stack, self.task).repeated(trials)
+            evaluation = looked_up(stack, self.task, self.lattice).repeated(trials)
         if self.render_mode or not self.from_table:
             simulated = evaluate(
                 stack,
                 self.reality,
+                shape=self.lattice,
                 task=self.task,
                 perturbations=actions.perturbations,
                 trials=trials,

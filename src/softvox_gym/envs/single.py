@@ -26,7 +26,8 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
 
     Action space
     ------------
-    ``MultiDiscrete([3] * sites)``: the digit of each site of the lattice.
+    ``MultiDiscrete([3] * sites)``: the digit of each site of the lattice; ``[2 + P] * sites`` where
+    active voxels have one of P phases.
 
     ===== ======= ================================================
     digit voxel
@@ -34,6 +35,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     0     absent
     1     passive
     2     active  its edge grows and shrinks with the actuation
+    2 + p active  the same p / P cycles ahead, on a lattice of P phases
     ===== ======= ================================================
 
     Site i = x + nx (y + ny z), so that the action's digits read d_0 d_1 d_2 ... like a design's.
@@ -91,16 +93,21 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         a ruler; an empty floor after reset. Or the pictures since the last call of `render`, which
         of a step show the whole walk, 25 per second at half its speed;
         `softvox_gym.wrappers.RecordWalk` makes films of them.
+    phases : int, optional
+        How many phases an active voxel can have, 1 to 8; 1 where the shape says nothing.
     from_table : bool
         Whether to answer from the table of the 2x2x2 lattice under "published" that ships with the
         package: the same bits, only faster; pictures are simulated. Wrappers that disturb the
-        physics can't make it noisy.
+        physics can't make it noisy. Of several phases it takes a landscape that ships or was
+        computed here before (`softvox_gym.landscape`), which has no tracks: observations are then
+        the start and the end, (2, 3).
 
     Raises
     ------
     TypeError, ValueError
         For a shape that is no lattice, a physics that is none of these or holds arrays, an unknown
-        reality, task or render mode, a physics beside a reality, or a table of anything else; by
+        reality, task or render mode, phases that are not from 1 to 8, a physics beside a reality,
+        or a table of anything else, or that is not on this machine; by
         `step` for an action that is not in the space.
 
     Examples
@@ -130,6 +137,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         heading: float | None = None,
         render_mode: str | None = None,
         from_table: bool = False,
+        phases: int | None = None,
     ) -> None:
         self.evaluator = evaluator = Evaluator(
             shape,
@@ -139,6 +147,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
             task=task,
             heading=heading,
             from_table=from_table,
+            phases=phases,
         )
         self.metadata = evaluator.metadata  # SyncVectorEnv writes into it before Gymnasium 1.3
         self.physics = evaluator.physics

@@ -34,7 +34,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
     ----------
     num_envs : int
         Designs per step.
-    shape, physics, reality, task, heading, render_mode, from_table
+    shape, physics, reality, task, heading, render_mode, from_table, phases
         As `SoftVoxEnv` takes them; one for the whole batch.
     autoreset_mode : str or AutoresetMode
         "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
@@ -72,6 +72,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
         from_table: bool = False,
+        phases: int | None = None,
     ) -> None:
         check_count("num_envs", num_envs, least=1)
         if threads is not None:
@@ -86,6 +87,7 @@ class SoftVoxVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray
             heading=heading,
             threads=threads,
             from_table=from_table,
+            phases=phases,
         )
         self.physics = evaluator.physics
         self.render_mode = render_mode
