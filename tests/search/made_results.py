@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 import softvox_gym
+from softvox_gym import Lattice
 
 FITNESS = softvox_gym.landscape()["fitness"]
 OPTIMUM = FITNESS.max()
@@ -93,7 +94,7 @@ def results(*runs, budgets=None, title="Made up", command="make it up"):
             SimpleNamespace(
                 physics=physics,
                 values=VALUES.get(physics, "published"),
-                shape=tuple(map(int, shape.split("x"))),
+                shape=Lattice.named(shape),
                 level=level,
             )
             for physics, shape, level in problems
