@@ -435,11 +435,11 @@ def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
     torn = reduce(or_, ((one >= ACTIVE) & (one != stack) for one in around[:4])) & active
     has_inlet = reduce(or_, (one == ABSENT for one in around)) & active
     reached = 0
-    while (count := np.count_nonzero(has_inlet)) > reached:
+    while (count := int(has_inlet.sum())) > reached:
         reached = count
         has_inlet |= reduce(or_, (_beside(has_inlet, face) for face in FACES[:4])) & active
     is_sound: NDArray[np.bool_] = ~torn & (has_inlet | ~active)
-    return is_sound.all(axis=(0, 1, 2))
+    return np.asarray(is_sound.all(axis=(0, 1, 2)))
 
 
 def _beside(stack: NDArray[Any], face: tuple[int, int, int]) -> NDArray[Any]:
