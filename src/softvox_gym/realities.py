@@ -179,7 +179,7 @@ class Reality:
             ) from None
         trials = trials.changed(phase=trials.phase + shared)
         if phase is not None:
-            trials = trials.changed(phase=trials.phase + phase)
+            trials = trials.changed(phase=trials.phase + np.asarray(phase, dtype=np.float64))
         if self.strain_error:
             number = number_of(lattice.to_rows(design).tobytes())
             rng = np.random.default_rng([self.seed, *lattice, number])

@@ -448,7 +448,7 @@ def _looked_up_phased(stack: NDArray[np.uint8], task: Task, lattice: Lattice) ->
         designs=stack,
         fitness=np.nan_to_num(task.reward(end))[:, np.newaxis],
         displacement=end[:, np.newaxis],
-        track=np.stack([0 * end, end], axis=1)[:, np.newaxis],
+        track=np.stack([np.where(np.isnan(end), end, 0.0), end], axis=1)[:, np.newaxis],
         steps=found.steps[design].astype(np.int64)[:, np.newaxis],
         phases=lattice.phases,
     )
