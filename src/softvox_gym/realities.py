@@ -20,7 +20,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import EXPANSIONS, refined, repeated
+from softvox_gym.design import EXPANSIONS, batch_of, refined, repeated
 from softvox_gym.lattice import Lattice, number_of
 from softvox_gym.noise import Trials, not_negative, tilted
 from softvox_gym.physics import PRESETS, Physics
@@ -199,13 +199,14 @@ class Reality:
         TypeError, ValueError
             As `simulate` does, or where the phases don't fit the designs' lattice.
         """
-        stack, phase = pumped(designs, phase)
+        given, lattice = batch_of(designs)
+        stack, phase = pumped(given, phase, shape=lattice)
         if self.is_plain or not len(stack):
             own: Any = {"phase": phase} if self.is_plain else {}
-            return self.run(stack, None, **own, **options)
+            return self.run(stack, None, **own, **options).of(given, lattice)
         phases: Any = [None] * len(stack) if phase is None else phase
         trials = [self.trials(one, phase=ahead) for one, ahead in zip(stack, phases, strict=True)]
-        return self.run(stack, Trials.joined(trials), **options)
+        return self.run(stack, Trials.joined(trials), **options).of(given, lattice)
 
     def run(self, stack: NDArray[np.uint8], trials: Trials | None, **options: Any) -> Result:
         """Simulate digits, shape (n, nx, ny, nz), each under one of n trials, or plainly."""

@@ -67,6 +67,8 @@ class Result:
     step_error : ndarray, shape (n,), or None
         By how much the fitness changes at half the time step, voxel widths; NaN where a design
         diverges at either. None without `check_step`.
+    phased : (ndarray, Lattice) or None
+        The designs as they were given, and their lattice, where that has several phases.
     """
 
     designs: NDArray[np.uint8]
@@ -79,6 +81,7 @@ class Result:
     track: NDArray[np.float64] | None
     frames: Frames | None
     step_error: NDArray[np.float64] | None = None
+    phased: tuple[NDArray[np.uint8], Lattice] | None = None
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -99,8 +102,15 @@ class Result:
         return np.asarray(np.sqrt(self.displacement[:, 0] ** 2 + self.displacement[:, 1] ** 2))
 
     def design(self, i: int) -> Design:
-        """Return the i-th design of the batch."""
+        """Return the i-th design of the batch, with its phases where it was given with such."""
+        if self.phased is not None:
+            digits, lattice = self.phased
+            return Design(digits[i], shape=lattice)
         return Design(self.designs[i])
+
+    def of(self, designs: NDArray[np.uint8], lattice: Lattice) -> Result:
+        """Return the same of designs as they were given; for one phase as it is."""
+        return self if lattice.phases == 1 else replace(self, phased=(designs, lattice))
 
 
 def simulate(
@@ -164,13 +174,14 @@ def simulate(
     >>> [f"{fitness:.2f}" for fitness in result.fitness]
     ['4.66', '4.65']
     """
-    designs, phase = pumped(designs, phase)
+    given, lattice = batch_of(designs)
+    designs, phase = pumped(given, phase, shape=lattice)
     stack, physics, batch = prepared(designs, physics, strain, phase, track=track, frames=frames)
     check_threads(threads)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a callable (done, total), got {progress!r}")
     output = engine.run(batch, threads=threads, isa=isa, progress=progress)
-    result = _result(stack, physics, batch, output)
+    result = _result(stack, physics, batch, output).of(given, lattice)
     if not check_step:
         return result
     fine = simulate(

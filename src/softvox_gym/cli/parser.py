@@ -65,7 +65,7 @@ def whole_number(text: str) -> int:
 
 
 def add_shape(parser: argparse.ArgumentParser) -> None:
-    """Add --shape."""
+    """Add --shape and --phases."""
     parser.add_argument(
         "--shape",
         type=whole_number,
@@ -73,6 +73,13 @@ def add_shape(parser: argparse.ArgumentParser) -> None:
         default=(2, 2, 2),
         metavar=("NX", "NY", "NZ"),
         help="the lattice (default: 2 2 2)",
+    )
+    parser.add_argument(
+        "--phases",
+        type=whole_number,
+        default=1,
+        metavar="P",
+        help="of active voxels, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
     )
 
 

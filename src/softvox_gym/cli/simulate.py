@@ -74,7 +74,7 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, save the frames, then print."""
-    design = design_of(args.design, args.shape)
+    design = design_of(args.design, args.shape, args.phases)
     physics = physics_of(args)
     if not physics.cycles <= MOST_CYCLES:
         raise BadInputError(
@@ -106,15 +106,20 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def design_of(text: str, shape: tuple[int, int, int]) -> Design:
+def design_of(text: str, shape: tuple[int, int, int], phases: int = 1) -> Design:
     """Return the design that a number or digits stand for; BadInputError where they are neither."""
     with bad_input("--shape:"):
         lattice = Lattice.of(shape)
     try:
+        lattice = Lattice.of(shape, phases=phases)
+    except ValueError as error:
+        raise BadInputError(f"--{error}") from None
+    try:
         return written(text, lattice)
     except ValueError as error:
         raise BadInputError(
-            f"{error}, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ"
+            f"{error}, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ, "
+            "and digits from 3 on --phases P"
         ) from None
 
 

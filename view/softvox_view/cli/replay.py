@@ -172,7 +172,7 @@ def run(args: Namespace) -> int:
             "side; give fewer"
         )
     shape = tuple(args.shape)
-    designs = [design_of(text, shape) for text in args.designs]
+    designs = [design_of(text, shape, args.phases) for text in args.designs]
     physics = _physics(args)
     worlds = _worlds(args, physics)
     names = [str(d.index) if d.lattice == Lattice() else d.digits for d in designs]
@@ -295,6 +295,8 @@ def _check(args: Namespace) -> None:
         raise BadInputError(f"--top makes a page; --out must end in .html, not {args.kind}")
     if args.top and (args.fps or args.boxes):
         raise BadInputError(f"--fps and --boxes are not for --top; the page shows {LAP} a cycle")
+    if args.top and args.phases > 1:
+        raise BadInputError("--phases is not for --top, whose landscape is that of one phase")
     if args.top and tuple(args.shape) != Lattice():
         raise BadInputError("--shape is not for --top, whose landscape is that of 2 2 2")
     if args.kind == ".png" and args.fps is not None:
