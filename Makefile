@@ -13,7 +13,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O1 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wheels wasm table noise mechanisms realities step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wheels wasm table noise mechanisms realities phased step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -149,6 +149,9 @@ mechanisms: $(VENV)/installed
 realities: $(VENV)/installed
 	$(BIN)/python tools/realities.py
 
+phased: $(VENV)/installed
+	$(BIN)/python tools/phased.py
+
 step-error: $(VENV)/installed
 	$(BIN)/python tools/step_error.py
 
@@ -174,6 +177,7 @@ pictures: $(VENV)/installed
 	$(BIN)/python tools/pictures.py
 	$(BIN)/python benchmarks/bodies.py --draw
 	$(BIN)/softvox replay 6453 --fps 14 --speed 1 --force --out docs/6453.gif
+	$(BIN)/softvox replay BEST4 --phases 4 --fps 14 --speed 1 --force --out docs/environments/phased.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 
 clean:

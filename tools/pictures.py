@@ -7,15 +7,21 @@ and of baselines/*/report.md, with these pages, from the tables of the committed
 import io
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
+from softvox_gym import landscape
+from softvox_gym.design import buildable
 from softvox_gym.files import write_file
+from softvox_gym.landscapes.table import all_digits, phased_lattice
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
 from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
+from softvox_view.figures import style as view_style
 
 ROOT = Path(__file__).parents[1]
-BASELINES = ("noise_free", "noise", "transfer")
+DOCS = ROOT / "docs"
+BASELINES = ("noise_free", "noise", "transfer", "phased")
 
 #: Of the files, which hold few: what is drawn has fewer still, but for shaded robots.
 COLOURS = 256
@@ -38,7 +44,27 @@ def draw_docs() -> None:
             files |= files_of(make(name), ["png"])
     for name, content in files.items():
         if name.endswith(".png"):
-            write_file(ROOT / "docs" / name, smaller(content), force=True)
+            write_file(DOCS / name, smaller(content), force=True)
+
+
+def draw_phased() -> None:
+    """Draw which share of designs travels how far, by phases; of four, where that is known here."""
+    with view_style.style():
+        made = view_style.figure(4.2, 2.4)
+        axis = made.subplots()
+        colours = view_style.on_white(view_style.SEQUENTIAL)
+        for colour, phases in zip((0.0, 0.5, 0.9), (1, 2, 4), strict=True):
+            lattice, fitness = phased_lattice(phases), landscape(phases=phases)["fitness"]
+            kit = fitness[buildable(all_digits(lattice), lattice)]
+            for own, looks in ((fitness, {"ls": "-"}), (kit, {"ls": ":"})):
+                share = 1 - np.arange(len(own)) / len(own)
+                label = f"{phases} phase{'s' * (phases > 1)}" if own is fitness else None
+                axis.step(np.sort(own), share, color=colours(colour), label=label, lw=1, **looks)
+        axis.plot([], [], color=view_style.INK, ls=":", lw=1, label="that the kit can build")
+        axis.set(yscale="log", xlabel="fitness (voxel widths)", ylabel="share of designs above")
+        axis.set_xlim(left=0)
+        axis.legend(frameon=False)
+        write_file(DOCS / "environments" / "phased.png", view_style.encoded(made), force=True)
 
 
 def draw_baselines() -> None:
@@ -60,6 +86,7 @@ def draw_baselines() -> None:
 def main() -> None:
     """Draw all."""
     draw_docs()
+    draw_phased()
     draw_baselines()
 
 
