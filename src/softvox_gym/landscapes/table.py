@@ -439,9 +439,7 @@ def looked_up(
 
 
 def _looked_up_phased(stack: NDArray[np.uint8], task: Task, lattice: Lattice) -> Evaluation:
-    found = known(Reality.of(Physics.published()), lattice)
-    if found is None:
-        raise ValueError(no_table(lattice))
+    found = _needed(lattice)
     design = lattice.numbers(lattice.to_rows(stack))
     end = found.displacement[design]
     return Evaluation(
@@ -452,6 +450,15 @@ def _looked_up_phased(stack: NDArray[np.uint8], task: Task, lattice: Lattice) ->
         steps=found.steps[design].astype(np.int64)[:, np.newaxis],
         phases=lattice.phases,
     )
+
+
+@lru_cache(maxsize=2)
+def _needed(lattice: Lattice) -> Known:
+    """Return the published landscape of several phases; ValueError where it is not here."""
+    found = known(Reality.of(Physics.published()), lattice)
+    if found is None:
+        raise ValueError(no_table(lattice))
+    return found
 
 
 def no_table(lattice: Lattice) -> str:
