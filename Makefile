@@ -177,7 +177,7 @@ pictures: $(VENV)/installed
 	$(BIN)/python tools/pictures.py
 	$(BIN)/python benchmarks/bodies.py --draw
 	$(BIN)/softvox replay 6453 --fps 14 --speed 1 --force --out docs/6453.gif
-	$(BIN)/softvox replay BEST4 --phases 4 --fps 14 --speed 1 --force --out docs/environments/phased.gif
+	$(BIN)/softvox replay 1286931 --phases 4 --fps 10 --speed 1 --width 400 --force --out docs/environments/phased.gif
 	SOFTVOX_PICTURES=docs $(BIN)/python -m pytest tests/view/test_explore_browser.py -k readme
 
 clean:

@@ -191,8 +191,9 @@ def name_of(design: Design) -> str:
     digits = design.digits
     if len(digits) > MOST_DIGITS:
         digits = f"{digits[: MOST_DIGITS - 3]}..."
-    if design.lattice == Lattice():
-        return f"{design.index} · {digits}"
+    if design.shape == Lattice():
+        phases = f" of {design.lattice.phases} phases" if design.lattice.phases > 1 else ""
+        return f"{design.index}{phases} · {digits}"
     return f"{str(design.lattice).replace('x', '×')} · {digits}"  # noqa: RUF001
 
 
