@@ -306,8 +306,8 @@ class Simulation:
         """Return all that is needed to go on: designs, physics, actuation and state."""
         about = {"engine": engine_probe(), "physics": self.physics.to_dict()}
         buffer = io.BytesIO()
-        steered = np.array(self._steered)
-        np.savez(buffer, about=np.array(json.dumps(about)), steered=steered, **self._kept())
+        arrays: dict[str, Any] = {"steered": np.array(self._steered), **self._kept()}
+        np.savez(buffer, about=np.array(json.dumps(about)), **arrays)
         return sealed(MAGIC, buffer.getvalue())
 
     @classmethod
