@@ -44,6 +44,10 @@ MAGIC = b"softvox control 1\n"
 #: Of an episode, cycles: so much may be missing of a whole interval at its end.
 SLACK = 1e-3
 
+#: Of the strain: so near to an end of the range an action is at that end, wherever a wrapper that
+#: rescales actions has rounded to.
+ROUNDED = 1e-6
+
 #: Voxel widths per second: 99 of 100 velocities are below 6, however the pumps are switched.
 FASTEST = 20.0
 
@@ -179,7 +183,7 @@ class Control(Episodes):
             is_last[at] = group.step == self.steps
             observations[at] = self._observed(group, states[-1], moved)
             if self.render_mode:
-                for j, film in zip(at, self._filmed(group, states), strict=True):
+                for j, film in zip(at, self._filmed(group, states, lost[at]), strict=True):
                     films[j] = film
         if (is_over := lost | is_last).any():
             self._groups = self._without(which[is_over])
@@ -237,8 +241,8 @@ class Control(Episodes):
                 threads=self._threads,
             )
             self._settled.advance(until=float(self.physics.settle_time))
-            self._stand = self._pose(self._settled.state, 0) or self._stand
-            if self.render_mode:
+            if self.render_mode and not _is_lost(self._settled.displacement)[0]:
+                self._stand = self._pose(self._settled.state, 0)
                 self._azimuth = self._across(self._settled.take([0]))
         return self._settled
 
@@ -260,7 +264,7 @@ class Control(Episodes):
         if self.render_mode:
             start = np.nan_to_num(state.centre / self.physics.edge - moved)
             self._paths |= {int(i): [at] for i, at in zip(which, start, strict=True)}
-            films = self._filmed(group, [state])
+            films = self._filmed(group, [state], _is_lost(moved))
         return Started(self._observed(group, state, moved), {}, films)
 
     def _without(self, which: Rows) -> list[_Group]:
@@ -316,11 +320,13 @@ class Control(Episodes):
                 f"an action must be {shape[0]} numbers from 0 to {self._most}, one per actuator; "
                 f"got {given.dtype} values of shape {given.shape[1:]}"
             )
-        # At its high end a share is 1, and the amplitude the strain, whose last bits float32 lacks.
-        share = given.astype(np.float32).astype(np.float64) / float(self._most)
-        if not np.all((share >= 0) & (share <= 1)):
-            bad = given[~((share >= 0) & (share <= 1))].flat[0]
+        share = given.astype(np.float64) / float(self._most)
+        is_within = (share >= -ROUNDED) & (share <= 1 + ROUNDED)
+        if not is_within.all():
+            bad = given[~is_within].flat[0]
             raise ValueError(f"an action must be numbers from 0 to {self._most}, got {bad}")
+        # The whole share is the strain itself, whose last bits float32 lacks.
+        share = np.where(share >= 1 - ROUNDED, 1.0, np.maximum(share, 0.0))
         rows = np.zeros((len(given), self.lattice.sites))
         for slot, sites in enumerate(self.actuators):
             rows[:, list(sites)] = share[:, [slot]]
@@ -356,26 +362,28 @@ class Control(Episodes):
         flat[_is_lost(moved)] = 0.0
         return np.asarray(np.clip(flat, self._low, self._high), np.float32)
 
-    def _filmed(self, group: _Group, states: Sequence[State]) -> list[_Seen]:
+    def _filmed(
+        self, group: _Group, states: Sequence[State], lost: NDArray[np.bool_]
+    ) -> list[_Seen]:
         """Return what there is to see of every robot of a group; a lost one stands as it stood."""
         films = []
         for j, row in enumerate(group.rows.tolist()):
-            moments = [pose for state in states if (pose := self._pose(state, j)) is not None]
-            self._paths[row] += [pose.position.mean(axis=0) for pose in moments]
-            films.append(
-                _Seen(self._stand, list(self._paths[row]), moments or [self._stand], self._azimuth)
-            )
+            path, poses = self._paths[row], [self._stand]
+            if lost[j]:
+                del path[1:]
+            else:
+                poses = [self._pose(state, j) for state in states]
+                path += [pose.position.mean(axis=0) for pose in poses]
+            films.append(_Seen(self._stand, list(path), poses, self._azimuth))
         return films
 
-    def _pose(self, state: State, j: int) -> Pose | None:
-        """Return a robot as it is drawn; None of one that is lost."""
-        edge = float(self.physics.edge)
+    def _pose(self, state: State, j: int) -> Pose:
+        """Return a robot as it is drawn."""
+        edge, own = float(self.physics.edge), self._stand
         position, turn, edges = (
             values[self._at][j] for values in (state.position, state.orientation, state.edge)
         )
-        if not (np.isfinite(position).all() and np.isfinite(edges).all()):
-            return None
-        return Pose(position / edge, turn, edges / edge, self._stand.active, self._stand.site)
+        return Pose(position / edge, turn, edges / edge, own.active, own.site)
 
 
 def _is_lost(displacement: Array) -> NDArray[np.bool_]:
@@ -424,9 +432,9 @@ class SoftVoxControlEnv(SingleEnv):
     Action space
     ------------
     ``Box(0, strain, (actuators,), float32)``: the amplitude of every actuator until the next step,
-    in order of their sites; `actuators` tells which sites each has. At the high end it is the
-    physics' strain, at every digit of a double; of a reality that varies the strain from voxel to
-    voxel, every voxel's own, and a share of that below.
+    in order of their sites; `actuators` tells which sites each has. At the high end, or a millionth
+    of it away, it is the strain of the physics in every digit of a double. In a reality whose
+    strain varies from voxel to voxel, each gets its share of its own.
 
     Observation space
     -----------------
