@@ -1,4 +1,4 @@
-"""Draw the committed pictures anew that are made of figures.
+"""Draw the committed pictures anew that are made of figures, and the film of a robot that grows.
 
 Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
 and of baselines/*/report.md, with these pages, from the tables of the committed comparisons.
@@ -7,11 +7,14 @@ and of baselines/*/report.md, with these pages, from the tables of the committed
 import io
 from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
 from PIL import Image
 
 from softvox_gym.files import write_file
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
+from softvox_view.encode import film
 from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
 
 ROOT = Path(__file__).parents[1]
@@ -41,6 +44,17 @@ def draw_docs() -> None:
             write_file(ROOT / "docs" / name, smaller(content), force=True)
 
 
+def draw_film() -> None:
+    """Film the best design as it grows and walks, every third picture."""
+    env = gym.make("SoftVoxGrow2x2x2-v0", render_mode="rgb_array_list")
+    env.reset(seed=0)
+    for digit in (0, 0, 0, 2, 1, 2, 2, 2):
+        env.step(digit)
+    pictures = [np.asarray(Image.fromarray(p).resize((240, 180))) for p in env.render()[::3]]
+    content = film(".gif", pictures, (240, 180), fps=25 / 3)
+    write_file(ROOT / "docs/environments/growth.gif", content, force=True)
+
+
 def draw_baselines() -> None:
     """Draw the figures of the committed comparisons, and write their pages, as their reports do."""
     for name in BASELINES:
@@ -60,6 +74,7 @@ def draw_baselines() -> None:
 def main() -> None:
     """Draw all."""
     draw_docs()
+    draw_film()
     draw_baselines()
 
 
