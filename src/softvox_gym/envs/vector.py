@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.envs.episodes import Episodes, Film, moving, pictured
+from softvox_gym.envs.episodes import Episodes, Film, Rows, Started, moving, pictured
 from softvox_gym.envs.evaluator import Evaluator
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import check_count
@@ -188,12 +188,18 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self._seen = [[] for _ in self._seen]
         return pictures
 
-    def _start_anew(self, which: NDArray[np.bool_]) -> list[Part]:
-        """Start episodes; return what is told of them."""
+    def _start_anew(
+        self, which: NDArray[np.bool_], start: Callable[[Rows], Started] | None = None
+    ) -> list[Part]:
+        """Start episodes, perhaps in another way than their own; return what is told of them."""
         rows = np.flatnonzero(which)
         if len(rows) == 0:
             return []
-        observations, infos, films = self.episodes.start(rows, lambda: self._generators_of(rows))
+        observations, infos, films = (
+            self.episodes.start(rows, lambda: self._generators_of(rows))
+            if start is None
+            else start(rows)
+        )
         self._observations[rows] = observations
         self._is_over[rows] = False
         for i, film in zip(rows, films, strict=True):
