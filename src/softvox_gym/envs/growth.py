@@ -181,8 +181,18 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Observation space
     -----------------
-    ``Box(0, 1, (4 * sites,), float32)``: entries 4 i to 4 i + 3 tell of site i whether it is
-    absent, passive, active, the next; all four are 0 where it is open, but not the next.
+    ``Box(0, 1, (4 * sites,), float32)``: what stands, and which site is next.
+
+    ======= ====================
+    entry   1 where site i is
+    ======= ====================
+    4 i     absent
+    4 i + 1 passive
+    4 i + 2 active
+    4 i + 3 the next
+    ======= ====================
+
+    All four are 0 where it is open, but not the next; after the last site none is.
 
     Reward
     ------
@@ -194,9 +204,15 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Info
     ----
-    ``action_mask``, int8 of shape (3,), after reset and each step: 1 for each digit that the next
-    site may get, as ``action_space.sample(mask=...)`` takes it; `action_masks` returns the same as
-    bools, as sb3-contrib asks for it. After the last step all that `SoftVoxEnv` tells, too.
+    =========== ========== ================================================================
+    key         type
+    =========== ========== ================================================================
+    action_mask int8, (3,) 1 for each digit that the next site may get, as
+                           ``action_space.sample(mask=...)`` takes it; `action_masks` returns the
+                           same as bools, as sb3-contrib asks for it
+    =========== ========== ================================================================
+
+    It is told after reset and after every step; after the last all that `SoftVoxEnv` tells, too.
 
     Parameters
     ----------
