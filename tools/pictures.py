@@ -2,7 +2,7 @@
 
 Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
 of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
-film of docs/environments/control.md.
+films of docs/environments/control.md and growth.md.
 """
 
 import io
@@ -46,6 +46,17 @@ def draw_docs() -> None:
             write_file(ROOT / "docs" / name, smaller(content), force=True)
 
 
+def draw_growth() -> None:
+    """Film the best design as it grows and walks, every third picture."""
+    env = gym.make("SoftVoxGrow2x2x2-v0", render_mode="rgb_array_list")
+    env.reset(seed=0)
+    for digit in (0, 0, 0, 2, 1, 2, 2, 2):
+        env.step(digit)
+    pictures = [np.asarray(Image.fromarray(p).resize((240, 180))) for p in env.render()[::3]]
+    content = film(".gif", pictures, (240, 180), fps=25 / 3)
+    write_file(ROOT / "docs/environments/growth.gif", content, force=True)
+
+
 def draw_baselines() -> None:
     """Draw the figures of the committed comparisons, and write their pages, as their reports do."""
     for name in BASELINES:
@@ -86,6 +97,7 @@ def main() -> None:
     """Draw all."""
     draw_docs()
     draw_control()
+    draw_growth()
     draw_baselines()
 
 

@@ -32,7 +32,7 @@ from softvox_gym.noise import Perturbation
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose, Stage, Walk
-from softvox_gym.simulation import Result, check_count, sample_count, spaced
+from softvox_gym.simulation import Result, check_threads, sample_count, spaced
 from softvox_gym.tasks import Task
 
 #: Of the path in a picture; the robot is shown as the last of them has it.
@@ -95,8 +95,7 @@ class Evaluator(Episodes):
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
-        if threads is not None:
-            check_count("threads", threads, least=1)
+        check_threads(threads)
         self.lattice = Lattice.of(shape)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
