@@ -45,12 +45,17 @@ ENV_ID = "SoftVox2x2x2-v0"
 TABLE_ENV_ID = "SoftVoxTable2x2x2-v0"
 
 
-def _register(name: str, **options: Any) -> None:
+def _register(
+    name: str,
+    single: str = "single:SoftVoxEnv",
+    vector: str = "vector:SoftVoxVectorEnv",
+    **options: Any,
+) -> None:
     if name not in registry:  # the module may be imported anew
         register(
             name,
-            entry_point="softvox_gym.envs.single:SoftVoxEnv",
-            vector_entry_point="softvox_gym.envs.vector:SoftVoxVectorEnv",
+            entry_point=f"softvox_gym.envs.{single}",
+            vector_entry_point=f"softvox_gym.envs.{vector}",
             kwargs=options,
         )
 
@@ -60,3 +65,4 @@ _register(ENV_ID, shape=[2, 2, 2])  # lists, as a spec has them that is read fro
 _register("SoftVox3x3x3-v0", shape=[3, 3, 3])
 _register("SoftVox4x4x4-v0", shape=[4, 4, 4])
 _register(TABLE_ENV_ID, from_table=True)
+_register("SoftVoxControl-v0", "control:SoftVoxControlEnv", "control:SoftVoxControlVectorEnv")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ MOST_TURNS = 2.0**50
 # Columns of the clock, as softvox.h has them.
 _TIME, _STEP, _MEASURING, _ENDED, _TORN = 0, 1, 3, 4, 5
 _START, _CENTRE = slice(7, 10), slice(10, 13)
+
+# Of `engine.Output`, what there is of a run without track and frames.
+_RESULTS = ("status", "steps", "start", "end")
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +131,7 @@ class Simulation:
         if self._batch.phase is None:
             zeros = np.zeros(self._batch.digits.shape)
             self._batch = engine.Batch(**{**vars(self._batch), "phase": zeros})
-        self._threads, self._steered = threads, False
+        self._threads, self._isa, self._steered = threads, isa, False
         self._run = engine.PausedRun(self._batch, threads=threads, isa=isa)
         # Each design's whole cycles are counted from here: s, and how many so far.
         self._counted_from = np.full(n, float(self.physics.settle_time))
@@ -279,27 +283,32 @@ class Simulation:
         displacement = self.displacement
         return np.asarray(np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2))
 
+    def take(self, which: Sequence[int] | NDArray[np.intp]) -> Simulation:
+        """Return a simulation of some of the designs, as far as they are; this one stays as it is.
+
+        Parameters
+        ----------
+        which : sequence of int
+            Their places in the batch. One may be taken several times, to go on in several ways.
+
+        Raises
+        ------
+        IndexError
+            For a place that there is none of.
+        """
+        rows = np.arange(len(self))[np.asarray(which, dtype=np.intp)]
+        kept = {name: values[rows] for name, values in self._kept().items()}
+        sim = self._resumed(kept, _physics_of(self.physics, rows), self._threads, self._isa)
+        sim._steered = self._steered
+        return sim
+
     def save(self) -> bytes:
         """Return all that is needed to go on: designs, physics, actuation and state."""
-        # Decided at the start, whatever strain was given since: who runs, and how far it is.
-        taken = np.nan_to_num(self._clock[:, _STEP], nan=-1).astype(np.int32)
-        output = self._run.output
-        arrays = {
-            "designs": self.designs,
-            "strain": self._batch.strain,
-            "phase": self._batch.phase,
-            "counted_from": self._counted_from,
-            "cycles": self._cycles,
-            "steered": np.array(self._steered),
-            "resumed": taken,
-            **{name: getattr(output, name) for name in ("status", "steps", "start", "end")},
-            **self._run.state(*engine.STATE),
-        }
         about = {"engine": engine_probe(), "physics": self.physics.to_dict()}
         buffer = io.BytesIO()
-        np.savez(buffer, about=np.array(json.dumps(about)), **arrays)
-        body = buffer.getvalue()
-        return MAGIC + hashlib.sha256(body).digest() + body
+        steered = np.array(self._steered)
+        np.savez(buffer, about=np.array(json.dumps(about)), steered=steered, **self._kept())
+        return sealed(MAGIC, buffer.getvalue())
 
     @classmethod
     def restore(
@@ -313,33 +322,45 @@ class Simulation:
             For what is no saved simulation, one that is damaged, or one of another engine, whose
             bits would differ.
         """
-        if not isinstance(saved, (bytes, bytearray, memoryview)):
-            raise TypeError(f"saved must be bytes, got {type(saved).__name__}")
-        saved = bytes(saved)
-        if not saved.startswith(MAGIC):
-            kind = "another format" if saved.startswith(MAGIC[:18]) else "no saved simulation"
-            raise ValueError(f"these bytes are {kind}; Simulation.save makes {MAGIC.decode()!r}")
-        check, body = saved[len(MAGIC) : len(MAGIC) + 32], saved[len(MAGIC) + 32 :]
-        if hashlib.sha256(body).digest() != check:
-            raise ValueError("this saved simulation is damaged: its bytes are not what they were")
+        body = unsealed(MAGIC, saved, "simulation", "Simulation.save")
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
             kept = dict(archive)
-        about = json.loads(str(kept.pop("about")))
+        about, steered = json.loads(str(kept.pop("about"))), bool(kept.pop("steered"))
         if about["engine"] != engine_probe():
             raise ValueError(
                 "this simulation was saved by another engine: going on would not give its bits"
             )
         check_threads(threads)
+        sim = cls._resumed(kept, Physics(**about["physics"]), threads, isa)
+        sim._steered = steered
+        return sim
+
+    def _kept(self) -> dict[str, NDArray[Any]]:
+        """Return all that a design has of its own, a row for each."""
+        # Decided at the start, whatever strain was given since: who runs, and how far it is.
+        taken = np.nan_to_num(self._clock[:, _STEP], nan=-1).astype(np.int32)
+        return {
+            "designs": self.designs,
+            "strain": self._batch.strain,
+            "phase": np.asarray(self._batch.phase),
+            "counted_from": self._counted_from,
+            "cycles": self._cycles,
+            "resumed": taken,
+            **{name: getattr(self._run.output, name) for name in _RESULTS},
+            **self._run.state(*engine.STATE),
+        }
+
+    @classmethod
+    def _resumed(
+        cls, kept: dict[str, NDArray[Any]], physics: Physics, threads: int | None, isa: str | None
+    ) -> Simulation:
         sim = cls.__new__(cls)
-        sim.designs, sim.physics, batch = prepared(
-            kept["designs"], Physics(**about["physics"]), None, None
-        )
+        sim.designs, sim.physics, batch = prepared(kept["designs"], physics, None, None)
         parts = {name: kept[name] for name in ("strain", "phase", "resumed")}
         sim._batch = engine.Batch(**{**vars(batch), **parts})
         sim._start(threads, isa)
-        sim._steered = bool(kept["steered"])
         sim._counted_from[:], sim._cycles[:] = kept["counted_from"], kept["cycles"]
-        for name in ("status", "steps", "start", "end"):
+        for name in _RESULTS:
             getattr(sim._run.output, name)[:] = kept[name]
         sim._run.resume({name: kept[name] for name in engine.STATE})
         return sim
@@ -351,6 +372,41 @@ class Simulation:
 def _restored(saved: bytes, threads: int | None) -> Simulation:
     """Unpickle; the instruction set may be another machine's and is not kept."""
     return Simulation.restore(saved, threads=threads)
+
+
+def sealed(magic: bytes, body: bytes) -> bytes:
+    """Return what is kept, with what tells its kind and damage in front."""
+    return magic + hashlib.sha256(body).digest() + body
+
+
+def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
+    """Return what was sealed as a kind of thing by its maker, whose magic ends in a number.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is nothing of the kind, is in another format, or damaged.
+    """
+    if not isinstance(saved, (bytes, bytearray, memoryview)):
+        raise TypeError(f"saved must be bytes, got {type(saved).__name__}")
+    saved = bytes(saved)
+    if not saved.startswith(magic):
+        what = "another format" if saved.startswith(magic[:-3]) else f"no saved {kind}"
+        raise ValueError(f"these bytes are {what}; {maker} makes {magic.decode()!r}")
+    check, body = saved[len(magic) : len(magic) + 32], saved[len(magic) + 32 :]
+    if hashlib.sha256(body).digest() != check:
+        raise ValueError(f"this saved {kind} is damaged: its bytes are not what they were")
+    return body
+
+
+def _physics_of(physics: Physics, rows: NDArray[np.intp]) -> Physics:
+    """Return the physics of some of the designs."""
+    own: dict[str, Any] = {
+        name: (physics.gravity_vector if name == "gravity" else value)[rows]
+        for name, value in vars(physics).items()
+        if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
+    }
+    return replace(physics, **own) if own else physics
 
 
 def _check_time(name: str, value: Any) -> None:

@@ -35,7 +35,7 @@ def oracle(n, mode=AutoresetMode.NEXT_STEP, *, name=softvox_gym.ENV_ID, **option
 def assert_same(ours, theirs):
     """Compare whole returns, down to types, masks and the order of keys."""
     assert type(ours) is type(theirs)
-    if isinstance(theirs, tuple):
+    if isinstance(theirs, (tuple, list)):
         for mine, other in zip(ours, theirs, strict=True):
             assert_same(mine, other)
     elif isinstance(theirs, dict):

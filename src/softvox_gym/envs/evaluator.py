@@ -1,17 +1,25 @@
-"""What the single and the vector environment share: spaces, checks, and trying a batch."""
+"""Episodes of one step: the action is a design, and the step tries it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
 
-import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import BodyFacts, checked_digits
 from softvox_gym.engine import step_count
+from softvox_gym.envs.episodes import (
+    WALK_FPS,
+    WALK_SPEED,
+    Episodes,
+    Generators,
+    Rows,
+    Started,
+    Stepped,
+)
 from softvox_gym.evaluation import (
     SAMPLES_PER_CYCLE,
     Evaluation,
@@ -27,15 +35,8 @@ from softvox_gym.rendering import Pose, Stage, Walk
 from softvox_gym.simulation import Result, sample_count, spaced
 from softvox_gym.tasks import Task
 
-METADATA: dict[str, Any] = {"render_modes": ["rgb_array", "rgb_array_list"], "render_fps": 1}
-
 #: Of the path in a picture; the robot is shown as the last of them has it.
 POSES_PER_RUN = 128
-
-#: Pictures of a walk per second, and the speed at which they show it; 1 is real time.
-WALK_FPS, WALK_SPEED = 25, 0.5
-
-Generators = Callable[[], Sequence[np.random.Generator]]
 
 
 class Action(NDArray[np.int64]):
@@ -78,7 +79,7 @@ class Action(NDArray[np.int64]):
         return asked
 
 
-class Evaluator:
+class Evaluator(Episodes):
     """Tries the designs that actions stand for; made with the arguments of an environment."""
 
     def __init__(
@@ -93,16 +94,13 @@ class Evaluator:
         from_table: bool,
         threads: int | None = None,
     ) -> None:
+        super().__init__(render_mode)
         self.lattice = Lattice.of(shape)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
         self.task = Task.of(task, heading)
-        self.render_mode = render_mode
         self.from_table = from_table
         self.threads = threads
-        if render_mode not in (None, *METADATA["render_modes"]):
-            known = ", ".join(map(repr, METADATA["render_modes"]))
-            raise ValueError(f"render_mode must be None or one of {known}, got {render_mode!r}")
         is_published = self.reality.plain_physics == Physics.published()
         if from_table and not (is_published and self.lattice == LATTICE):
             raise ValueError(
@@ -112,35 +110,18 @@ class Evaluator:
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
-        self.action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
-        self.observation_space: gym.Space[NDArray[np.float64]] = spaces.Box(
+        self.single_action_space = spaces.MultiDiscrete([3] * self.lattice.sites)
+        self.single_observation_space = spaces.Box(
             -np.inf, np.inf, shape=(samples, 3), dtype=np.float64
         )
 
-    def run(
-        self, actions: NDArray[np.int64], generators: Generators
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[str, Any], list[Filmed | None]]:
-        """Try a batch of actions.
+    def start(self, which: Rows, generators: Generators) -> Started:
+        """Show the empty floor."""
+        shape = self.single_observation_space.shape or ()
+        return Started(np.zeros((len(which), *shape)), {}, [None] * len(which))
 
-        Parameters
-        ----------
-        actions : Action, shape (n, sites)
-        generators : callable () -> sequence of Generator
-            One per design, for perturbations.
-
-        Returns
-        -------
-        observations : ndarray, shape (n, samples, 3)
-        rewards : ndarray, shape (n,)
-        infos : dict of ndarray, each of shape (n, ...)
-        films : list of Filmed or None
-            How the first trial of each design went; all None where there are no pictures.
-
-        Raises
-        ------
-        TypeError, ValueError
-            For what is no batch of designs; nothing was drawn then.
-        """
+    def step(self, which: Rows, actions: NDArray[np.int64], generators: Generators) -> Stepped:
+        """Try a batch of designs; the films are of the first trial of each."""
         actions = Action.of(actions)
         if actions.heard is not None:
             actions.heard.append(True)
@@ -169,18 +150,16 @@ class Evaluator:
         if not self.from_table:
             evaluation = simulated
         tracks = np.where(np.isnan(evaluation.track), 0.0, evaluation.track)
-        return (
+        return Stepped(
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
             evaluation.value,
-            _infos(evaluation, rows, is_repeated=actions.trials is not None),
-            _filmed(simulated.result, len(rows), self) if self.render_mode else [None] * len(rows),
+            terminated=np.ones(len(rows), dtype=np.bool_),
+            truncated=np.zeros(len(rows), dtype=np.bool_),
+            infos=_infos(evaluation, rows, is_repeated=actions.trials is not None),
+            films=_filmed(simulated.result, len(rows), self)
+            if self.render_mode
+            else [None] * len(rows),
         )
-
-    @property
-    def metadata(self) -> dict[str, Any]:
-        """What the environments tell of themselves; a copy."""
-        is_film = self.render_mode == "rgb_array_list"
-        return {**METADATA, "render_fps": WALK_FPS if is_film else METADATA["render_fps"]}
 
     def _frames(self, actions: Action) -> int:
         """Return the steps between frames of a run."""

@@ -1,4 +1,4 @@
-"""The Gymnasium environment: the action is a design, one step simulates it."""
+"""Single environments: of any episodes, and of the one step that simulates a design."""
 
 from __future__ import annotations
 
@@ -9,15 +9,78 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.envs.evaluator import METADATA, Action, Evaluator, Filmed
+from softvox_gym.envs.episodes import METADATA, Columns, Episodes, Film, moving, pictured
+from softvox_gym.envs.evaluator import Evaluator
 from softvox_gym.realities import PhysicsLike, Reality
-from softvox_gym.rendering import render
 from softvox_gym.tasks import Task
 
 Observation = NDArray[np.float64]
 
+_ONLY = np.zeros(1, np.intp)  # the number of the one episode
 
-class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
+
+class SingleEnv(gym.Env[Any, Any]):
+    """An environment that plays one episode at a time."""
+
+    metadata: dict[str, Any] = METADATA
+
+    def __init__(self, episodes: Episodes) -> None:
+        self.episodes = episodes
+        self.metadata = episodes.metadata  # SyncVectorEnv writes into it before Gymnasium 1.3
+        self.physics = episodes.physics
+        self.render_mode = episodes.render_mode
+        self.action_space = episodes.single_action_space
+        self.observation_space = episodes.single_observation_space
+        if episodes.reward_space is not None:
+            self.reward_space = episodes.reward_space
+        self._seen: list[Film | None] = []  # since the last pictures; None for the empty floor
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start an episode; see the class for what is returned. There are no options."""
+        super().reset(seed=seed)
+        observations, infos, films = self.episodes.start(_ONLY, lambda: [self.np_random])
+        self._seen = [films[0]]
+        return observations[0], _first(infos)
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Go on; see the class for what is returned."""
+        observations, rewards, terminated, truncated, infos, films = self.episodes.step(
+            _ONLY, np.asanyarray(action)[np.newaxis], lambda: [self.np_random]
+        )
+        self._seen.append(films[0])
+        over = bool(terminated[0]), bool(truncated[0])
+        return observations[0], plain(rewards[0]), *over, _first(infos)
+
+    def render(self) -> Any:
+        """Return the picture, uint8 of shape (height, width, 3), or the list of them.
+
+        None without a render mode.
+        """
+        if self.render_mode is None:
+            gym.logger.warn(
+                "render() was called without a render mode; "
+                'give one when the env is made: gym.make(..., render_mode="rgb_array")'
+            )
+            return None
+        if self.render_mode == "rgb_array":
+            return pictured(self._seen[-1] if self._seen else None)
+        seen, self._seen = self._seen, []
+        return moving(seen)
+
+
+def _first(columns: Columns) -> dict[str, Any]:
+    """Return the info of the one episode."""
+    return {key: plain(column[0]) for key, column in columns.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return a numpy number as Python's; arrays as they are."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+class SoftVoxEnv(SingleEnv):
     """Design a soft robot of voxels; it is simulated, and rewarded for how far it travels.
 
     An episode is one step: the action is the design, the reward its fitness. The 6561 designs of
@@ -118,8 +181,6 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
     v0: the first.
     """
 
-    metadata: dict[str, Any] = METADATA
-
     def __init__(
         self,
         *,
@@ -131,7 +192,7 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
         render_mode: str | None = None,
         from_table: bool = False,
     ) -> None:
-        self.evaluator = evaluator = Evaluator(
+        self.evaluator = Evaluator(
             shape,
             physics,
             render_mode,
@@ -140,60 +201,4 @@ class SoftVoxEnv(gym.Env[Observation, NDArray[np.int64]]):
             heading=heading,
             from_table=from_table,
         )
-        self.metadata = evaluator.metadata  # SyncVectorEnv writes into it before Gymnasium 1.3
-        self.physics = evaluator.physics
-        self.render_mode = render_mode
-        self.action_space = evaluator.action_space
-        self.observation_space = evaluator.observation_space
-        self._seen: list[Filmed | None] = []  # since the last pictures; None for the empty floor
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode: zeros, and an empty info."""
-        super().reset(seed=seed)
-        self._seen = [None]
-        return np.zeros(self.observation_space.shape or ()), {}
-
-    def step(
-        self, action: NDArray[np.int64]
-    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Simulate the design; see the class for what is returned."""
-        observations, rewards, infos, films = self.evaluator.run(
-            Action.of(action)[np.newaxis], lambda: [self.np_random]
-        )
-        self._seen.append(films[0])
-        info = {key: plain(column[0]) for key, column in infos.items()}
-        return observations[0], float(rewards[0]), True, False, info
-
-    def render(self) -> Any:
-        """Return the picture, uint8 of shape (height, width, 3), or the list of them.
-
-        None without a render mode.
-        """
-        if self.render_mode is None:
-            gym.logger.warn(
-                "render() was called without a render mode; "
-                'give one when the env is made: gym.make(..., render_mode="rgb_array")'
-            )
-            return None
-        if self.render_mode == "rgb_array":
-            return pictured(self._seen[-1] if self._seen else None)
-        pictures = [picture for film in self._seen for picture in moving(film)]
-        self._seen = []
-        return pictures
-
-
-def pictured(film: Filmed | None) -> NDArray[np.uint8]:
-    """Return the last moment of a run; the empty floor where there is none."""
-    return render(None) if film is None else film.last()
-
-
-def moving(film: Filmed | None) -> list[NDArray[np.uint8]]:
-    """Return every moment of a run; the empty floor where there is none."""
-    return [render(None)] if film is None else film.pictures()
-
-
-def plain(value: Any) -> Any:
-    """Return a numpy number as Python's; arrays as they are."""
-    return value.item() if isinstance(value, np.generic) else value
+        super().__init__(self.evaluator)

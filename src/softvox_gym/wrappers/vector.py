@@ -52,7 +52,7 @@ class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since 
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
         rewards = np.zeros_like(rewards)
         rewards[which] = values
-        told |= batched(changed, which, self.num_envs)
+        told |= batched([(which, changed)], self.num_envs)
         return observations, rewards, terminated, truncated, infos
 
     def _random(self, which: NDArray[np.intp]) -> list[np.random.Generator]:

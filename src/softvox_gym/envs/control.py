@@ -1,0 +1,626 @@
+"""Environments of control: the action says how far every actuator grows in the next interval."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, isfinite, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from softvox_gym.design import ACTIVE, Design, DesignLike, written
+from softvox_gym.envs.episodes import (
+    WALK_FPS,
+    WALK_SPEED,
+    Episodes,
+    Generators,
+    Rows,
+    Started,
+    Stepped,
+)
+from softvox_gym.envs.single import SingleEnv
+from softvox_gym.envs.vector import NativeVectorEnv
+from softvox_gym.lattice import Lattice
+from softvox_gym.motion import rest_pose
+from softvox_gym.paused import Simulation, State, sealed, unsealed
+from softvox_gym.portable import cos_sin
+from softvox_gym.realities import PhysicsLike, Reality, reality_of
+from softvox_gym.rendering import AIM, AZIMUTH, Pose, Walk, fitting_distance, render
+from softvox_gym.simulation import check_threads
+from softvox_gym.tasks import Task
+
+Array = NDArray[np.float64]
+
+#: How a saved episode begins; another format has another number.
+MAGIC = b"softvox control 1\n"
+
+#: Of an episode, cycles: so much may be missing of a whole interval at its end.
+SLACK = 1e-3
+
+#: Voxel widths per second: 99 of 100 velocities are below 6, however the pumps are switched.
+FASTEST = 20.0
+
+#: From the camera to the robot, in distances that fit it alone: what it left behind is seen, too.
+BACK = 1.4
+
+
+@dataclass(eq=False)
+class _Group:
+    """Episodes that are equally far, and so can share a simulation."""
+
+    rows: Rows
+    sim: Simulation
+    step: int  # intervals so far
+    value: Array  # of the task so far, shape (k,)
+
+    def take(self, mask: NDArray[np.bool_]) -> _Group:
+        """Return a group of some of them, in a simulation of its own."""
+        sim = self.sim.take(np.flatnonzero(mask))
+        return _Group(self.rows[mask], sim, self.step, self.value[mask])
+
+
+class _Seen(NamedTuple):
+    """A robot on its way."""
+
+    stand: Pose  # where it stood when the pump began
+    path: list[Array]  # of its centre of mass, from then
+    poses: list[Pose]  # at the last moments of it
+
+    def pictures(self) -> list[NDArray[np.uint8]]:
+        """Draw the last moments."""
+        first = len(self.path) - len(self.poses) + 1
+        return [self._picture(pose, first + k) for k, pose in enumerate(self.poses)]
+
+    def last(self) -> NDArray[np.uint8]:
+        """Draw the last of them."""
+        return self._picture(self.poses[-1], len(self.path))
+
+    def _picture(self, pose: Pose, until: int) -> NDArray[np.uint8]:
+        # A camera that doesn't turn or zoom: nobody knows yet where the robot will go.
+        (x, y, _), distance = self.path[until - 1], BACK * fitting_distance(self.stand)
+        walk, look_at = Walk(self.stand, np.array(self.path[:until])), (x, y, AIM * distance)
+        return render(pose, walk, look_at=look_at, distance=distance, azimuth=AZIMUTH)
+
+
+class Control(Episodes):
+    """Plays robots of one design; made with the arguments of an environment."""
+
+    def __init__(
+        self,
+        design: DesignLike,
+        shape: Sequence[int] | None,
+        physics: PhysicsLike,
+        render_mode: str | None,
+        *,
+        reality: str | Reality | None,
+        task: str | Task,
+        heading: float | None,
+        interval: float,
+        groups: bool,
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(render_mode)
+        if isinstance(design, str):
+            self.design = written(design, Lattice() if shape is None else Lattice.of(shape))
+        else:
+            self.design = Design(design, shape=shape)
+        self.lattice = self.design.lattice
+        world = reality_of(physics, reality)
+        if world.resolution > 1:
+            raise ValueError(
+                f"reality {world.name} builds every voxel of smaller ones; control has whole ones"
+            )
+        self.physics = world.physics
+        self.task = Task.of(task, heading)
+        self.actuators = _actuators(self.design, are_grouped=groups)
+        self.interval = _interval(
+            interval, float(self.physics.time_step * self.physics.frequency_hz)
+        )
+        self.steps = max(1, ceil((float(self.physics.cycles) - SLACK) / self.interval))
+        check_threads(threads)
+        self._threads = threads
+
+        if not float(self.physics.strain) > 0:
+            raise ValueError(
+                "strain of the physics must be positive, as the largest amplitude of an action; "
+                f"got {self.physics.strain}"
+            )
+        trial = world.trials(self.design.array)
+        self._strain, self._phase = trial.strain[:, 0], trial.phase  # each (1, nx, ny, nz)
+        self._most = np.float32(self.physics.strain)
+        self.single_action_space = spaces.Box(
+            np.float32(0), self._most, (len(self.actuators),), np.float32
+        )
+        self._stand = rest_pose(self.design.array)  # until it has settled
+        assert self._stand.site is not None
+        self._at = (slice(None), *self._stand.site.T)  # its voxels, in the arrays of a State
+        self._low, self._high = self._bounds()
+        self.single_observation_space = spaces.Box(self._low, self._high, dtype=np.float32)
+        self._groups: list[_Group] = []
+        self._settled: Simulation | None = None
+        self._paths: dict[int, list[Array]] = {}  # of the centre, where there are pictures
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What the environments tell of themselves: a picture per step shows it in real time."""
+        told = super().metadata
+        if self.render_mode != "rgb_array_list":
+            told["render_fps"] = max(1, round(float(self.physics.frequency_hz) / self.interval))
+        return told
+
+    def start(self, which: Rows, generators: Generators) -> Started:
+        """Let robots stand as they have settled; simulated once, and then copied."""
+        return self._begin(which, self._settle(), 0)
+
+    def step(self, which: Rows, actions: NDArray[Any], generators: Generators) -> Stepped:
+        """Let some robots go on for an interval."""
+        amplitudes = self._amplitudes(actions)
+        k, size = len(which), len(self._low)
+        observations, rewards = np.zeros((k, size), np.float32), np.zeros(k)
+        values, displacements = np.zeros(k), np.zeros((k, 3))
+        lost, is_last = np.zeros((2, k), dtype=np.bool_)
+        films: list[_Seen | None] = [None] * k
+        for group in self._playing(which):
+            at = np.searchsorted(which, group.rows)
+            states = self._advance(group, amplitudes[at])
+            displacements[at], lost[at] = group.sim.displacement, group.sim.diverged
+            values[at] = np.where(lost[at], 0.0, self.task.reward(displacements[at]))
+            rewards[at] = values[at] - group.value
+            group.step, group.value = group.step + 1, values[at]
+            is_last[at] = group.step == self.steps
+            observations[at] = self._observed(group, states[-1])
+            if self.render_mode:
+                for j, film in zip(at, self._filmed(group, states), strict=True):
+                    films[j] = film
+        self._groups = self._without(which[lost | is_last])
+        return Stepped(
+            observations,
+            rewards,
+            terminated=lost,
+            truncated=is_last & ~lost,
+            infos={
+                "fitness": np.where(lost, np.nan, values),
+                "displacement": displacements,
+                "diverged": lost.copy(),
+            },
+            films=films,
+        )
+
+    def save(self, number: int) -> bytes:
+        """Return all that is needed to go on with an episode."""
+        for group in self._groups:
+            for place in np.flatnonzero(group.rows == number):
+                about = {"of": self._identity, "step": group.step}
+                saved = group.sim.take([int(place)]).save()
+                return sealed(MAGIC, json.dumps(about).encode() + b"\n" + saved)
+        raise ResetNeeded("there is no episode to save: reset() first, it is over or not begun")
+
+    def restore(self, saved: bytes, which: Rows) -> Started:
+        """Let some episodes go on from a saved one."""
+        about, _, simulation = unsealed(
+            MAGIC, saved, "episode", "save of SoftVoxControlEnv"
+        ).partition(b"\n")
+        told = json.loads(about)
+        if told["of"] != self._identity:
+            raise ValueError(
+                "this episode was saved by an environment of another design, physics or interval"
+            )
+        self._settle()
+        sim = Simulation.restore(simulation, threads=self._threads)
+        return self._begin(which, sim, told["step"])
+
+    @property
+    def _identity(self) -> str:
+        """What tells which environments can go on with an episode."""
+        facts = json.dumps([self.design.digits, self.physics.to_dict(), self.interval])
+        actuation = self._strain.tobytes() + self._phase.tobytes()
+        return hashlib.sha256(facts.encode() + actuation).hexdigest()
+
+    def _settle(self) -> Simulation:
+        """Return the robot at the end of settling."""
+        if self._settled is None:
+            self._settled = Simulation(
+                self.design,
+                self.physics,
+                strain=self._strain,
+                phase=self._phase,
+                threads=self._threads,
+            )
+            self._settled.advance(until=float(self.physics.settle_time))
+            self._stand = self._pose(self._settled.state, 0) or self._stand
+        return self._settled
+
+    def _begin(self, which: Rows, sim: Simulation, step: int) -> Started:
+        """Let robots go on from the one of a simulation, after so many intervals."""
+        copies = sim.take([0] * len(which))
+        value = np.nan_to_num(self.task.reward(copies.displacement))
+        group, state = _Group(which, copies, step, value), copies.state
+        self._groups = [*self._without(which), group]
+        films: Sequence[_Seen | None] = [None] * len(which)
+        if self.render_mode:
+            start = np.nan_to_num(state.centre / self.physics.edge - copies.displacement)
+            self._paths |= {int(i): [at] for i, at in zip(which, start, strict=True)}
+            films = self._filmed(group, [state])
+        return Started(self._observed(group, state), {}, films)
+
+    def _without(self, which: Rows) -> list[_Group]:
+        """Return the groups less some episodes."""
+        left = []
+        for group in self._groups:
+            stays = ~np.isin(group.rows, which)
+            if stays.any():
+                left.append(group if stays.all() else group.take(stays))
+        return left
+
+    def _playing(self, which: Rows) -> list[_Group]:
+        """Return the groups of these episodes alone; ResetNeeded where there is none of one."""
+        known = [row for group in self._groups for row in group.rows]
+        if not np.isin(which, known).all():
+            raise ResetNeeded("the episode is over, or has not begun: reset() first")
+        playing, waiting = [], []
+        for group in self._groups:
+            plays = np.isin(group.rows, which)
+            if plays.all():
+                playing.append(group)
+            elif plays.any():
+                playing.append(group.take(plays))
+                waiting.append(group.take(~plays))
+            else:
+                waiting.append(group)
+        self._groups = playing + waiting
+        return playing
+
+    def _advance(self, group: _Group, amplitudes: Array) -> list[State]:
+        """Go on for an interval; return the states to be seen, of which the last is its end."""
+        frequency, settle = float(self.physics.frequency_hz), float(self.physics.settle_time)
+        begin, end = (settle + (group.step + k) * self.interval / frequency for k in range(2))
+        pictures = 1
+        if self.render_mode == "rgb_array_list":
+            pictures = max(1, round((end - begin) * WALK_FPS / WALK_SPEED))
+        until = np.linspace(begin, end, pictures + 1)[1:]
+        if group.step + 1 == self.steps:  # to the very end, wherever that is in its interval
+            until = np.append(until[until < float(self.physics.duration)][: pictures - 1], np.inf)
+        states = []
+        for moment in until:
+            group.sim.advance(until=float(moment), strain=amplitudes)
+            states.append(group.sim.state)
+        return states
+
+    def _amplitudes(self, actions: NDArray[Any]) -> Array:
+        """Return what actions, shape (k, actuators), are to every voxel, shape (k, nx, ny, nz)."""
+        given, shape = np.asarray(actions), (len(self.actuators),)
+        if given.dtype.kind not in "iuf" or given.shape[1:] != shape:
+            raise ValueError(
+                f"an action must be {shape[0]} numbers from 0 to {self._most}, one per actuator; "
+                f"got {given.dtype} values of shape {given.shape[1:]}"
+            )
+        # At its high end a share is 1, and the amplitude the strain, whose last bits float32 lacks.
+        share = given.astype(np.float32).astype(np.float64) / float(self._most)
+        if not np.all((share >= 0) & (share <= 1)):
+            bad = given[~((share >= 0) & (share <= 1))].flat[0]
+            raise ValueError(f"an action must be numbers from 0 to {self._most}, got {bad}")
+        rows = np.zeros((len(given), self.lattice.sites))
+        for slot, sites in enumerate(self.actuators):
+            rows[:, list(sites)] = share[:, [slot]]
+        return np.asarray(self.lattice.to_stack(rows) * self._strain)
+
+    def _bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the least and the most of every slot; see `SoftVoxControlEnv`."""
+        far, near = max(1.0, ceil(float(self.physics.cycles))), 2.0 * max(self.lattice)
+        whole = [far] * 3 + [FASTEST] * 3 + [1.0, 1.0, 1.0]
+        voxel = [near] * 3 + [FASTEST] * 3 + [1.0, 1.0 + float(np.max(self._strain))]
+        m = self.design.n_voxels
+        low = np.negative(whole + voxel * m)
+        low[8] = 0.0
+        low[9:].reshape(m, 8)[:, 6:] = 0.0
+        return low.astype(np.float32), np.array(whole + voxel * m, np.float32)
+
+    def _observed(self, group: _Group, state: State) -> NDArray[np.float32]:
+        """Return observations, shape (k, 9 + 8 voxels)."""
+        at, edge, k = self._at, float(self.physics.edge), len(group.rows)
+        velocity = state.velocity[at]
+        mean = velocity.mean(axis=1)
+        turns = float(self.physics.frequency_hz) * state.time
+        phase = cos_sin(2 * pi * (turns - np.floor(turns)))
+        progress = np.full((k, 1), group.step / self.steps)
+        whole = [group.sim.displacement, mean / edge, np.stack(phase, axis=1), progress]
+        voxels = [
+            state.relative_position[at] / edge,
+            (velocity - mean[:, np.newaxis]) / edge,
+            state.on_floor[at][..., np.newaxis],
+            state.edge[at][..., np.newaxis] / edge,
+        ]
+        flat = np.concatenate([*whole, np.concatenate(voxels, axis=2).reshape(k, -1)], axis=1)
+        flat[group.sim.diverged] = 0.0
+        return np.asarray(np.clip(flat, self._low, self._high), np.float32)
+
+    def _filmed(self, group: _Group, states: Sequence[State]) -> list[_Seen]:
+        """Return what there is to see of every robot of a group; a lost one stands as it stood."""
+        films = []
+        for j, row in enumerate(group.rows.tolist()):
+            moments = [pose for state in states if (pose := self._pose(state, j)) is not None]
+            self._paths[row] += [pose.position.mean(axis=0) for pose in moments]
+            films.append(_Seen(self._stand, list(self._paths[row]), moments or [self._stand]))
+        return films
+
+    def _pose(self, state: State, j: int) -> Pose | None:
+        """Return a robot as it is drawn; None of one that is lost."""
+        edge = float(self.physics.edge)
+        position, turn, edges = (
+            values[self._at][j] for values in (state.position, state.orientation, state.edge)
+        )
+        if not (np.isfinite(position).all() and np.isfinite(edges).all()):
+            return None
+        return Pose(position / edge, turn, edges / edge, self._stand.active, self._stand.site)
+
+
+def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
+    """Return the sites that each slot of an action drives."""
+    if not isinstance(are_grouped, (bool, np.bool_)):
+        raise TypeError(f"groups must be True or False, got {are_grouped!r}")
+    active = design.array == ACTIVE
+    if not active.any():
+        raise ValueError(
+            f"design {design.digits} has no active voxel, so there is nothing to control; active "
+            "ones have the digit 2"
+        )
+    if not are_grouped:
+        return tuple((site,) for site, digit in enumerate(design.digits) if digit == str(ACTIVE))
+    # Holes connect active neighbours of a slice; slices are bonded without any.
+    heights = np.arange(design.lattice.nz)
+    slices = [Design((active & (heights == z)).astype(np.uint8)) for z in heights]
+    return tuple(group for one in slices for group in one.components)
+
+
+def _interval(interval: float, shortest: float) -> float:
+    """Return an interval, cycles, if it is one of at least a time step."""
+    is_number = isinstance(interval, (int, float, np.integer, np.floating))
+    if not is_number or isinstance(interval, (bool, np.bool_)):
+        raise TypeError(f"interval must be a number of cycles, got {interval!r}")
+    if not (isfinite(interval) and interval >= shortest):
+        raise ValueError(
+            f"interval must be finite and at least a time step ({shortest:.2g} cycles), got "
+            f"{interval}"
+        )
+    return float(interval)
+
+
+class SoftVoxControlEnv(SingleEnv):
+    """Control a soft robot of voxels: say how far every actuator grows in the next interval.
+
+    The robot's design is given; the pump's sine goes on as in the other environments, and the
+    action is its amplitude. An episode that always plays the largest is the published pump: it
+    gives the displacement that `softvox_gym.simulate` does, to the bit.
+
+    Action space
+    ------------
+    ``Box(0, strain, (actuators,), float32)``: the amplitude of every actuator until the next step,
+    in order of their sites; `actuators` tells which sites each has. At the high end it is the
+    physics' strain, at every digit of a double; of a reality that varies the strain from voxel to
+    voxel, every voxel's own, and a share of that below.
+
+    Observation space
+    -----------------
+    ``Box(low, high, (9 + 8 voxels,), float32)``; values beyond the bounds are cut to them. Lengths
+    are in voxel widths, L is the longest side of the lattice. Zeros where the robot diverged.
+
+    ============== ================================================== ==========================
+    slot           what                                               bounds
+    ============== ================================================== ==========================
+    0, 1, 2        displacement x, y, z so far                        +- cycles of the episode
+    3, 4, 5        velocity of the centre of mass, per second         +- 20
+    6, 7           cosine and sine of the pump's phase                +- 1
+    8              progress: the share of the intervals that is over  0, 1
+    9 + 8 v + 0-2  voxel v: position from the centre of mass          +- 2 L
+    9 + 8 v + 3-5  velocity less that of the centre, per second       +- 20
+    9 + 8 v + 6    whether it touches the floor                       0, 1
+    9 + 8 v + 7    edge                                               0, 1 + strain
+    ============== ================================================== ==========================
+
+    Voxels count in the order of their sites. Where intervals are whole cycles, 6 and 7 stay as they
+    are.
+
+    Reward
+    ------
+    By how much the task's value has grown in the interval, voxel widths: the horizontal distance
+    from where the robot stood at the end of settling, or its part along the heading. The rewards of
+    an episode so add up to its fitness, but for rounding: who goes in circles earns nothing. One
+    that diverges loses what it had: the sum is 0.
+
+    End of an episode
+    -----------------
+    Truncated at the physics' duration: after ``ceil(cycles / interval)`` steps, the last of which
+    may be shorter; 15 by default. Terminated where the robot diverges.
+
+    Info
+    ----
+    Empty after reset. After a step:
+
+    ============ ======== =================================================================
+    key          type
+    ============ ======== =================================================================
+    fitness      float    the task's value so far, voxel widths; NaN where it diverged
+    displacement (3,)     from the end of settling, voxel widths; NaN where it diverged
+    diverged     bool
+    ============ ======== =================================================================
+
+    Parameters
+    ----------
+    design : int, str, sequence of int, array or Design
+        The robot, as a number or the digits of all sites, or an (nx, ny, nz) array. It may be of
+        several pieces; the centre of mass is that of them all. As number, text or list it survives
+        ``spec.to_json()``.
+    shape : (int, int, int), optional
+        The lattice of a number or a row of digits; otherwise 2x2x2.
+    physics, reality, task, heading
+        As `SoftVoxEnv` takes them; of a reality, voxels must be whole.
+    interval : float
+        Between actions, in cycles of the pump.
+    groups : bool
+        Whether the active voxels of a slice z that are neighbours share one actuator, as they share
+        the air in robots built of the paper's kit.
+    render_mode : {"rgb_array", "rgb_array_list"}, optional
+        A picture of the robot as it is now, beside where it began, with its path; or the pictures
+        since the last call of `render`, which show the whole walk, 25 per second at half its speed.
+
+    Attributes
+    ----------
+    design : Design
+    actuators : tuple of tuple of int
+        The sites that each slot of an action drives.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For a design that is none or has no active voxel, an interval that is no positive number or
+        is shorter than a time step, a strain that is not positive, a reality of parts of voxels, or
+        as `SoftVoxEnv` does; by `step` for an action that is not in the space.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> import softvox_gym
+    >>> env = gym.make("SoftVoxControl-v0", design=6453)
+    >>> observation, info = env.reset(seed=0)
+    >>> over = False
+    >>> while not over:
+    ...     observation, reward, terminated, over, info = env.step(env.action_space.high)
+    >>> print(observation.shape, round(info["fitness"], 2))
+    (49,) 4.66
+
+    Planning, one interval ahead: of sixteen actions, the one that earns most is taken.
+
+    >>> observation, info = env.reset()
+    >>> start, found = env.unwrapped.save(), {}
+    >>> env.action_space.seed(0)
+    0
+    >>> for action in [env.action_space.sample() for _ in range(16)]:
+    ...     found[tuple(action)] = env.step(action)[1]
+    ...     observation = env.unwrapped.restore(start)
+    >>> print(round(env.step(max(found, key=found.get))[1], 2))
+    0.21
+
+    Versions
+    --------
+    v0: the first.
+    """
+
+    episodes: Control
+
+    def __init__(
+        self,
+        *,
+        design: DesignLike = 6453,
+        shape: Sequence[int] | None = None,
+        physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str | Task = "displacement",
+        heading: float | None = None,
+        interval: float = 1.0,
+        groups: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        options: Any = {"reality": reality, "task": task, "heading": heading}
+        options |= {"interval": interval, "groups": groups}
+        super().__init__(Control(design, shape, physics, render_mode, **options))
+        self.design, self.actuators = self.episodes.design, self.episodes.actuators
+
+    def save(self) -> bytes:
+        """Return the episode as it stands; without a wrapper's share of it.
+
+        Raises
+        ------
+        ResetNeeded
+            Where it is over, or not begun.
+        """
+        return self.episodes.save(0)
+
+    def restore(self, saved: bytes) -> NDArray[np.float32]:
+        """Go on from a saved episode, to the bit; return its observation.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For bytes that `save` did not make, that are damaged, or of another design, physics,
+            interval or engine.
+        """
+        observations, _, films = self.episodes.restore(saved, np.zeros(1, np.intp))
+        self._seen = list(films)
+        return np.asarray(observations[0])
+
+
+class SoftVoxControlVectorEnv(NativeVectorEnv):
+    """`SoftVoxControlEnv` for robots of one design side by side, advanced by one call into C.
+
+    Parameters
+    ----------
+    num_envs : int
+    design, shape, physics, reality, task, heading, interval, groups, render_mode
+        As `SoftVoxControlEnv` takes them; one for the whole batch.
+    autoreset_mode, threads
+        As `SoftVoxVectorEnv` takes them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As both do.
+
+    Examples
+    --------
+    Planning again: `restore` brings one episode to all environments, which try an action each.
+
+    >>> import gymnasium as gym
+    >>> import softvox_gym
+    >>> env = gym.make("SoftVoxControl-v0", design=6453)
+    >>> observation, info = env.reset(seed=0)
+    >>> envs = gym.make_vec("SoftVoxControl-v0", num_envs=16, design=6453)
+    >>> observations = envs.unwrapped.restore(env.unwrapped.save())
+    >>> envs.action_space.seed(0)
+    0
+    >>> actions = envs.action_space.sample()
+    >>> rewards = envs.step(actions)[1]
+    >>> bool(env.step(actions[rewards.argmax()])[1] == rewards.max())
+    True
+    """
+
+    episodes: Control
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        design: DesignLike = 6453,
+        shape: Sequence[int] | None = None,
+        physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str | Task = "displacement",
+        heading: float | None = None,
+        interval: float = 1.0,
+        groups: bool = False,
+        render_mode: str | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+    ) -> None:
+        options: Any = {"reality": reality, "task": task, "heading": heading}
+        options |= {"interval": interval, "groups": groups, "threads": threads}
+        episodes = Control(design, shape, physics, render_mode, **options)
+        super().__init__(episodes, num_envs, autoreset_mode)
+        self.design, self.actuators = episodes.design, episodes.actuators
+
+    def save(self, number: int = 0) -> bytes:
+        """Return the episode of one environment as it stands, as a single one does."""
+        return self.episodes.save(number)
+
+    def restore(self, saved: bytes) -> NDArray[np.float32]:
+        """Let all environments go on from one saved episode; return observations."""
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        self._start_anew(every, lambda which: self.episodes.restore(saved, which))
+        self._has_reset |= every
+        return self._observations.copy()
