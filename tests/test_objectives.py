@@ -1,5 +1,7 @@
 """What a design is worth on several counts."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,8 @@ def test_they_come_in_the_order_asked_for_and_are_what_evaluation_and_simulation
         [-5, -5, -5, -1, 0]
     ]
     assert evaluate(DESIGNS, SHORT).objectives.shape == (5, 0)
+    again = pickle.loads(pickle.dumps(evaluation))
+    assert again.objectives.tobytes() == values.tobytes()
     assert evaluate([], SHORT, objectives=ALL).objectives.shape == (0, 7)
 
 

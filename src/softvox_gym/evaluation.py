@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym.design import stack_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
-from softvox_gym.objectives import Objective, Tried, objectives_of
+from softvox_gym.objectives import OBJECTIVES, Tried, objectives_of
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import Result, check_count, sample_count
 from softvox_gym.tasks import Task
@@ -94,8 +94,8 @@ class Evaluation:
     task : Task
     energy : ndarray, shape (n, k), or None
         The pump's work, J; NaN where it diverged. None where no objective asks for it.
-    asked : tuple of Objective
-        The objectives that were asked for.
+    asked : tuple of str
+        Names of the objectives that were asked for.
     """
 
     designs: NDArray[np.uint8]
@@ -107,7 +107,7 @@ class Evaluation:
     result: Result | None = None
     task: Task = DISPLACEMENT
     energy: Array | None = None
-    asked: tuple[Objective, ...] = ()
+    asked: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -157,7 +157,7 @@ class Evaluation:
             track=np.nan_to_num(self.track),
             energy=zeros if self.energy is None else np.nan_to_num(self.energy),
         )
-        values = [one.values(tried) for one in self.asked]
+        values = [OBJECTIVES[name].values(tried) for name in self.asked]
         return np.stack(values, axis=-1) if values else zeros[..., np.newaxis][..., :0]
 
     @property
@@ -268,12 +268,12 @@ def evaluate(
             f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
         )
     aggregate_of(aggregate)
-    asked = () if objectives is None else objectives_of(objectives)
+    asked = () if objectives is None else tuple(one.name for one in objectives_of(objectives))
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
-    options["energy"] = any(one.name == "energy" for one in asked)
+    options["energy"] = "energy" in asked
     if not perturbations or not len(stack):
         result = reality.simulate(stack, **options)
         return _evaluation(stack, result, samples, aggregate, task, asked).repeated(trials)
@@ -348,7 +348,7 @@ def _evaluation(
     samples: int,
     aggregate: str,
     task: Task,
-    asked: tuple[Objective, ...],
+    asked: tuple[str, ...],
 ) -> Evaluation:
     """Return the evaluation of a simulation that has one or more rows for every design."""
     n = len(stack)
