@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym.design import stack_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
+from softvox_gym.objectives import OBJECTIVES, Tried, objectives_of
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import Result, check_count, sample_count
 from softvox_gym.tasks import Task
@@ -90,6 +91,11 @@ class Evaluation:
     result : Result or None
         The simulation: a row per trial, or per design where trials can't differ; None where no
         simulation was needed.
+    task : Task
+    energy : ndarray, shape (n, k), or None
+        The pump's work, J; NaN where it diverged. None where no objective asks for it.
+    asked : tuple of str
+        Names of the objectives that were asked for.
     """
 
     designs: NDArray[np.uint8]
@@ -99,6 +105,9 @@ class Evaluation:
     steps: NDArray[np.int64]
     aggregate: str = "mean"
     result: Result | None = None
+    task: Task = DISPLACEMENT
+    energy: Array | None = None
+    asked: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -125,6 +134,32 @@ class Evaluation:
             return self.fitness[:, 0].copy()
         return aggregate_of(self.aggregate)(self.fitness)
 
+    @cached_property
+    def objectives(self) -> Array:
+        """The aggregate of every design's objectives, shape (n, m), in the order asked for.
+
+        More is better of each (docs/environments/objectives.md). m is 0 where none was asked for.
+        """
+        values = self.objectives_of_trials
+        if values.shape[1] == 1:
+            return values[:, 0].copy()
+        return aggregate_of(self.aggregate)(np.moveaxis(values, 1, -1))
+
+    @property
+    def objectives_of_trials(self) -> Array:
+        """The objectives of every trial, shape (n, k, m)."""
+        zeros = np.zeros(self.fitness.shape)
+        tried = Tried(
+            designs=self.designs,
+            task=self.task,
+            fitness=self.fitness,
+            displacement=np.nan_to_num(self.displacement),
+            track=np.nan_to_num(self.track),
+            energy=zeros if self.energy is None else np.nan_to_num(self.energy),
+        )
+        values = [OBJECTIVES[name].values(tried) for name in self.asked]
+        return np.stack(values, axis=-1) if values else zeros[..., np.newaxis][..., :0]
+
     @property
     def standard_error(self) -> Array:
         """Of the mean fitness, shape (n,); NaN of a single trial."""
@@ -148,8 +183,13 @@ class Evaluation:
         """
         if trials == 1:
             return self
-        names = ("fitness", "displacement", "track", "steps")
-        columns: Any = {name: np.repeat(getattr(self, name), trials, axis=1) for name in names}
+        names = ("fitness", "displacement", "track", "steps", "energy")
+        arrays = {name: getattr(self, name) for name in names}
+        columns: Any = {
+            name: np.repeat(array, trials, axis=1)
+            for name, array in arrays.items()
+            if array is not None
+        }
         return replace(self, **columns)
 
 
@@ -163,6 +203,7 @@ def evaluate(
     trials: int = 1,
     seed: Seed = None,
     aggregate: str = "mean",
+    objectives: Sequence[str] | None = None,
     frames: int = 0,
     threads: int | None = None,
     isa: str | None = None,
@@ -190,7 +231,11 @@ def evaluate(
         vector environment draws that was reset with this seed; or a generator for every design.
         Different at every call where None.
     aggregate : {"mean", "min", "q10", "cvar25"}
-        Of the fitness values, what `Evaluation.value` is; see `AGGREGATES`.
+        Of the fitness values, what `Evaluation.value` is, and of each objective's; see
+        `AGGREGATES`.
+    objectives : sequence of str, optional
+        What `Evaluation.objectives` has, in this order: some of "displacement", "voxels",
+        "actuators", "energy", "straightness", "stability" and "heading".
     frames, threads, isa
         As `simulate` takes them; the frames are those of `Evaluation.result`.
 
@@ -209,6 +254,9 @@ def evaluate(
     >>> noisy = evaluate([6453, 926], perturbations=[Jakobi(1.0)], trials=64, seed=0)
     >>> noisy.fitness.shape
     (2, 64)
+    >>> print(evaluate([6453, 926], objectives=("displacement", "voxels")).objectives.round(2))
+    [[ 4.66 -5.  ]
+     [ 3.96 -5.  ]]
     """
     stack = stack_of(designs, shape=shape)
     reality = Reality.of(physics)
@@ -220,19 +268,21 @@ def evaluate(
             f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
         )
     aggregate_of(aggregate)
+    asked = () if objectives is None else tuple(one.name for one in objectives_of(objectives))
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
+    options["energy"] = "energy" in asked
     if not perturbations or not len(stack):
         result = reality.simulate(stack, **options)
-        return _evaluation(stack, result, samples, aggregate, task).repeated(trials)
+        return _evaluation(stack, result, samples, aggregate, task, asked).repeated(trials)
     drawn = [
         _disturbed(reality.trials(design, trials), perturbations, rng)
         for design, rng in zip(stack, generators, strict=True)
     ]
     result = reality.run(np.repeat(stack, trials, axis=0), Trials.joined(drawn), **options)
-    evaluation = _evaluation(stack, result, samples, aggregate, task)
+    evaluation = _evaluation(stack, result, samples, aggregate, task, asked)
     measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
     return evaluation
 
@@ -293,7 +343,12 @@ def _disturbed(
 
 
 def _evaluation(
-    stack: NDArray[np.uint8], result: Result, samples: int, aggregate: str, task: Task
+    stack: NDArray[np.uint8],
+    result: Result,
+    samples: int,
+    aggregate: str,
+    task: Task,
+    asked: tuple[str, ...],
 ) -> Evaluation:
     """Return the evaluation of a simulation that has one or more rows for every design."""
     n = len(stack)
@@ -311,4 +366,7 @@ def _evaluation(
         steps=result.steps.astype(np.int64).reshape(n, k),
         aggregate=aggregate,
         result=result,
+        task=task,
+        energy=None if result.energy is None else result.energy.reshape(n, k),
+        asked=asked,
     )

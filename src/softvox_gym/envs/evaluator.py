@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -29,6 +30,7 @@ from softvox_gym.landscapes.table import LATTICE, looked_up
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import Motion
 from softvox_gym.noise import Perturbation
+from softvox_gym.objectives import objectives_of
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose, Stage, Walk
@@ -92,6 +94,7 @@ class Evaluator(Episodes):
         task: str | Task = "displacement",
         heading: float | None = None,
         from_table: bool = False,
+        objectives: Sequence[str] | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
@@ -100,6 +103,8 @@ class Evaluator(Episodes):
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
         self.task = Task.of(task, heading)
+        asked = () if objectives is None else objectives_of(objectives)
+        self.asked = tuple(one.name for one in asked)
         self.from_table = from_table
         self.threads = threads
         is_published = self.reality.plain_physics == Physics.published()
@@ -108,6 +113,14 @@ class Evaluator(Episodes):
                 "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
                 "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
             )
+        if from_table and "energy" in self.asked:
+            raise ValueError(
+                "objectives has energy, which the table does not; without from_table, as in "
+                "SoftVox2x2x2-v0, it is simulated"
+            )
+        if asked:
+            low, high = np.array([(one.low, one.high) for one in asked]).T
+            self.reward_space = spaces.Box(low, high, dtype=np.float64)
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
@@ -136,7 +149,7 @@ class Evaluator(Episodes):
         stack = self.lattice.to_stack(rows)
         trials = actions.trials or 1
         if self.from_table:
-            evaluation = looked_up(stack, self.task).repeated(trials)
+            evaluation = replace(looked_up(stack, self.task), asked=self.asked).repeated(trials)
         if self.render_mode or not self.from_table:
             simulated = evaluate(
                 stack,
@@ -144,6 +157,7 @@ class Evaluator(Episodes):
                 task=self.task,
                 perturbations=actions.perturbations,
                 trials=trials,
+                objectives=self.asked or None,
                 seed=generators() if actions.perturbations else None,
                 frames=self._frames(actions),
                 threads=self.threads,
@@ -153,7 +167,7 @@ class Evaluator(Episodes):
         tracks = np.where(np.isnan(evaluation.track), 0.0, evaluation.track)
         return Stepped(
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
-            evaluation.value,
+            evaluation.objectives if self.asked else evaluation.value,
             terminated=np.ones(len(rows), dtype=np.bool_),
             truncated=np.zeros(len(rows), dtype=np.bool_),
             infos=_infos(evaluation, rows, is_repeated=actions.trials is not None),
@@ -207,6 +221,8 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
     }
     if is_repeated:
         infos |= {"values": evaluation.fitness, "displacements": evaluation.displacement}
+    if is_repeated and evaluation.asked:
+        infos["objectives"] = evaluation.objectives_of_trials
     return infos
 
 

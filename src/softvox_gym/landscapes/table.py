@@ -300,6 +300,7 @@ def looked_up(stack: NDArray[np.uint8], task: Task = DISPLACEMENT) -> Evaluation
         displacement=end[:, np.newaxis],
         track=track[design][:, np.newaxis],
         steps=steps[design].astype(np.int64)[:, np.newaxis],
+        task=task,
     )
 
 
