@@ -174,8 +174,8 @@ def drawn(network: Network, inputs: Array, space: Lattice) -> list[int]:
     made = np.zeros_like(digits)
     if digits.any():
         pieces = Design(np.minimum(digits, PASSIVE), shape=space).components
-        kept = list(max(pieces, key=len))
-        made[kept] = digits[kept]
+        largest = max(pieces, key=len)
+        made[list(largest)] = digits[list(largest)]
     return [int(digit) for digit in made]
 
 
