@@ -32,39 +32,19 @@ _VXA = """\
 <?xml version="1.0" encoding="ISO-8859-1"?>
 <VXA Version="1.0">
 <VXC Version="0.93">
-<Lattice>
-<Lattice_Dim>0.01</Lattice_Dim>
-</Lattice>
+<Lattice><Lattice_Dim>0.01</Lattice_Dim></Lattice>
 <Palette>
-{materials}</Palette>
+<Material ID="1"><Name>Passive</Name><Mechanical><CTE>0</CTE></Mechanical></Material>
+<Material ID="2"><Name>Active</Name><Mechanical><CTE>0.01</CTE></Mechanical></Material>
+</Palette>
 <Structure Compression="ASCII_READABLE">
-<X_Voxels>{0}</X_Voxels>
-<Y_Voxels>{1}</Y_Voxels>
-<Z_Voxels>{2}</Z_Voxels>
+<X_Voxels>{0}</X_Voxels><Y_Voxels>{1}</Y_Voxels><Z_Voxels>{2}</Z_Voxels>
 <Data>
 {layers}</Data>
 </Structure>
 </VXC>
 </VXA>
 """
-
-_MATERIAL = """\
-<Material ID="{}">
-<Name>{}</Name>
-<Display>
-<Red>{}</Red>
-<Green>{}</Green>
-<Blue>{}</Blue>
-<Alpha>1</Alpha>
-</Display>
-<Mechanical>
-<CTE>{}</CTE>
-</Mechanical>
-</Material>
-"""
-
-#: Number, name, colour, and thermal expansion per kelvin: any but 0 makes it active.
-_MATERIALS = ((1, "Passive", 0, 1, 1, 0), (2, "Active", 1, 0, 0, 0.01))
 
 
 def is_design_file(name: str) -> bool:
@@ -144,11 +124,8 @@ def _shown(value: Any) -> str:
 def _vxa(lattice: Lattice, digits: str) -> str:
     area = lattice.nx * lattice.ny
     layers = [digits[begin : begin + area] for begin in range(0, len(digits), area)]
-    return _VXA.format(
-        *lattice,
-        materials="".join(_MATERIAL.format(*material) for material in _MATERIALS),
-        layers="".join(f"<Layer><![CDATA[{layer}]]></Layer>\n" for layer in layers),
-    )
+    marked = (f"<Layer><![CDATA[{layer}]]></Layer>\n" for layer in layers)
+    return _VXA.format(*lattice, layers="".join(marked))
 
 
 class _Builder(ElementTree.TreeBuilder):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,70 +85,62 @@ class Network:
         """Return a copy in which one thing differs, drawn from Python's global `random`.
 
         With a probability of `structure` a node or a link is added or, half as often, removed; else
-        a weight or a node's function is another.
+        a weight or a node's function is another. The same where there is none to be changed.
         """
+        changes = [_weigh, _weigh, _choose_function]
         if random.random() < structure:
-            return random.choice(2 * (_add_node, _add_link) + (_remove_node, _remove_link))(self)
-        return random.choice((_weigh, _weigh, _choose_function))(self)
+            changes = 2 * [_add_node, _add_link] + [_remove_node, _remove_link]
+        try:
+            return random.choice(changes)(self)
+        except IndexError:  # of a choice among none
+            return self
 
 
 def _add_node(network: Network) -> Network:
     """Put a node into a link, as NEAT does: the link into it weighs 1, that out of it as before."""
-    if not network.links:
-        return network
     source, target = random.choice(list(network.links))
     place = max(source + 1, INPUTS)
     links = dict(network.links)
     weight = links.pop((source, target))
     links = {(a + (a >= place), b + (b >= place)): w for (a, b), w in links.items()}
     links |= {(source, place): 1.0, (place, target + 1): weight}
-    functions = list(network.functions)
-    functions.insert(place - INPUTS, random.choice(NAMES))
-    return replace(network, functions=tuple(functions), links=links)
+    return _with_function(replace(network, links=links), place, place, (random.choice(NAMES),))
 
 
 def _remove_node(network: Network) -> Network:
-    if not network.hidden:
-        return network
     place = random.choice(network.hidden)
-    links = {
-        (a - (a > place), b - (b > place)): weight
-        for (a, b), weight in network.links.items()
-        if place not in (a, b)
-    }
-    functions = list(network.functions)
-    del functions[place - INPUTS]
-    return replace(network, functions=tuple(functions), links=links)
+    left = [(key, weight) for key, weight in network.links.items() if place not in key]
+    links = {(a - (a > place), b - (b > place)): weight for (a, b), weight in left}
+    return _with_function(replace(network, links=links), place, place + 1, ())
+
+
+def _choose_function(network: Network) -> Network:
+    place = random.choice(network.hidden)
+    return _with_function(network, place, place + 1, (random.choice(NAMES),))
+
+
+def _with_function(network: Network, begin: int, end: int, names: tuple[str, ...]) -> Network:
+    """Return a copy with the functions of the nodes from begin to end replaced."""
+    functions = network.functions
+    own = functions[: begin - INPUTS] + names + functions[end - INPUTS :]
+    return replace(network, functions=own)
 
 
 def _add_link(network: Network) -> Network:
     source = random.randrange(network.hidden.stop)
-    first = max(source + 1, INPUTS)
-    target = random.randrange(first, INPUTS + len(network.functions))
+    target = random.randrange(max(source + 1, INPUTS), INPUTS + len(network.functions))
     return replace(network, links=network.links | {(source, target): random.uniform(-1, 1)})
 
 
 def _remove_link(network: Network) -> Network:
-    if not network.links:
-        return network
     gone = random.choice(list(network.links))
     return replace(network, links={key: w for key, w in network.links.items() if key != gone})
 
 
 def _weigh(network: Network) -> Network:
-    if not network.links:
-        return network
     key = random.choice(list(network.links))
     weight = network.links[key] + random.uniform(-1, 1)
     return replace(network, links=network.links | {key: weight})
-
-
-def _choose_function(network: Network) -> Network:
-    if not network.hidden:
-        return network
-    functions = list(network.functions)
-    functions[random.choice(network.hidden) - INPUTS] = random.choice(NAMES)
-    return replace(network, functions=tuple(functions))
 
 
 def coordinates(space: Lattice) -> Array:
@@ -182,15 +173,13 @@ def drawn(network: Network, inputs: Array, space: Lattice) -> list[int]:
 class Drawn(Individual):
     """The digits of a design, and the network that draws them."""
 
-    def __init__(
-        self, digits: Iterable[int], fitness: Any, age: int = 0, *, network: Network
-    ) -> None:
-        super().__init__(digits, fitness, age)
-        self.network = network
+    network: Network
 
     def clone(self) -> Drawn:
         """Return a copy that can be varied without touching this one; not evaluated yet."""
-        return Drawn(self, type(self.fitness)(), self.age, network=self.network)
+        made = Drawn(self, type(self.fitness)(), self.age)
+        made.network = self.network
+        return made
 
 
 class Cppn(Afpo):
@@ -257,15 +246,16 @@ class Cppn(Afpo):
         return [self._newcomer() for _ in range(n)]
 
     def _newcomer(self) -> Drawn:
-        # Presence, and one for each kind of voxel: as many as a site has states, absent among them.
-        outputs = getattr(self.space, "states", 3)
+        made = Drawn((), self.fitness())
         for _ in range(TRIES):
-            network = Network.random(outputs)
+            # Presence, and one for each kind of voxel: as many as a site has states with absent.
+            made.network = Network.random(getattr(self.space, "states", 3))
             for _ in range(self._start):
-                network = network.mutated(1.0)
-            if self._is_new(digits := drawn(network, self._inputs, self.space)):
+                made.network = made.network.mutated(1.0)
+            made[:] = drawn(made.network, self._inputs, self.space)
+            if self._is_new(made):
                 break
-        return Drawn(digits, self.fitness(), network=network)
+        return made
 
     def _mutate(self, child: Drawn) -> tuple[Drawn]:
         """Mutate a network until its design is new, in place."""
