@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.cluster import evaluate_on
 from softvox_gym.design import stack_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
@@ -166,8 +167,9 @@ def evaluate(
     frames: int = 0,
     threads: int | None = None,
     isa: str | None = None,
+    client: Any = None,
 ) -> Evaluation:
-    """Try designs, all trials in one crossing into C.
+    """Try designs, all trials in one crossing into C, or on the workers of a cluster.
 
     Parameters
     ----------
@@ -193,6 +195,9 @@ def evaluate(
         Of the fitness values, what `Evaluation.value` is; see `AGGREGATES`.
     frames, threads, isa
         As `simulate` takes them; the frames are those of `Evaluation.result`.
+    client : distributed.Client, optional
+        Of a cluster whose workers do it in chunks, on one thread each, to the same bits; whatever
+        has submit and gather will do. Generators must then differ.
 
     Returns
     -------
@@ -202,6 +207,8 @@ def evaluate(
     ------
     TypeError, ValueError
         For designs or arguments that do not fit, naming the argument. Nothing was drawn then.
+    RuntimeError
+        Where a worker's engine gives other bits.
 
     Examples
     --------
@@ -222,6 +229,21 @@ def evaluate(
     aggregate_of(aggregate)
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
+    if client is not None and len(stack):
+        return evaluate_on(
+            client,
+            evaluate,
+            stack,
+            generators if perturbations else [],
+            reality=reality,
+            task=task,
+            perturbations=perturbations,
+            trials=trials,
+            aggregate=aggregate,
+            frames=frames,
+            threads=threads,
+            isa=isa,
+        )
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):
