@@ -230,7 +230,7 @@ def evaluate(
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
     if client is not None and len(stack):
-        return evaluate_on(
+        on_cluster: Evaluation = evaluate_on(
             client,
             evaluate,
             stack,
@@ -244,6 +244,7 @@ def evaluate(
             threads=threads,
             isa=isa,
         )
+        return on_cluster
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     if not perturbations or not len(stack):

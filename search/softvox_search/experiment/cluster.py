@@ -36,9 +36,6 @@ if TYPE_CHECKING:
 #: scheduler takes a millisecond per chunk, so that of many workers each does larger ones.
 SECONDS, SECONDS_PER_WORKER = 1.0, 0.02
 
-#: Chunks on their way per worker: one that is done, and the next.
-AHEAD = 2
-
 #: s, until a scheduler that does not answer is given up.
 PATIENCE = 10
 
@@ -162,9 +159,9 @@ def _do_all(
         while left or flying or suspects:
             slots = max(1, sum(client.nthreads().values()))
             seconds = max(SECONDS, slots * SECONDS_PER_WORKER)
-            chunks = []
-            while left and len(flying) + len(chunks) < AHEAD * slots:
-                fair = max(1, min(size, len(left) // (AHEAD * slots)))
+            chunks: list[list[Task]] = []
+            while left and len(flying) + len(chunks) < slots:  # none waits behind a slow one
+                fair = max(1, min(size, len(left) // (2 * slots)))
                 chunks.append([left.popleft() for _ in range(fair)])
             if not flying and not chunks:  # nothing else is done beside it that could be to blame
                 chunks = [[next(iter(suspects.values()))]]
@@ -188,7 +185,7 @@ def _do_all(
                 elif chunk[0][0] in suspects:
                     run, _ = chunk[0]
                     del suspects[run]
-                    yield Failed(run, f"{error.allowed_failures + 1} workers died doing it", "")
+                    yield Failed(run, _killed(error.allowed_failures + 1), "")
                 else:
                     suspects.update({task[0]: task for task in chunk})
     finally:
@@ -276,6 +273,11 @@ def _difference(facts: dict[str, Any], expected: dict[str, Any]) -> str:
                 "results may be others; install there what is here, and start it anew"
             )
     return ""
+
+
+def _killed(deaths: int) -> str:
+    workers = f"{deaths} workers" if deaths > 1 else "1 worker"
+    return f"{workers} died doing it alone (distributed.scheduler.allowed-failures)"
 
 
 def _address(client: Client) -> str:
