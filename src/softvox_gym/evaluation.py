@@ -195,9 +195,9 @@ def evaluate(
         Of the fitness values, what `Evaluation.value` is; see `AGGREGATES`.
     frames, threads, isa
         As `simulate` takes them; the frames are those of `Evaluation.result`.
-    client : distributed.Client, optional
-        Of a cluster whose workers do it in chunks, on one thread each, to the same bits; whatever
-        has submit and gather will do. Generators must then differ.
+    client : object, optional
+        A `distributed.Client`, or whatever has submit and gather: workers of its cluster do it in
+        chunks, on one thread each, to the same bits. Generators must then differ.
 
     Returns
     -------

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
 import signal
 import sys
 import time
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from math import ceil
 from typing import TYPE_CHECKING, Any
@@ -65,40 +66,43 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
 
     # Dask tells in many lines what becomes one error here, and of workers that it replaces.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    cluster: Any = None
-    try:
-        with for_workers():
-            if scheduler == "local":
-                cluster = LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    memory_limit=0,
-                    dashboard_address=":0",
-                    silence_logs=logging.CRITICAL,
-                )
-            elif scheduler == "slurm":
-                from dask_jobqueue import SLURMCluster
+    where: Any = scheduler
+    with ExitStack() as stack:
+        try:
+            with for_workers():
+                if scheduler == "local":
+                    where = stack.enter_context(
+                        LocalCluster(
+                            n_workers=workers,
+                            threads_per_worker=1,
+                            memory_limit=0,
+                            dashboard_address=":0",
+                            silence_logs=logging.CRITICAL,
+                        )
+                    )
+                    stack.callback(_kill, where)
+                elif scheduler == "slurm":
+                    from dask_jobqueue import SLURMCluster
 
-                # One run at a time in a process.
-                cores = dask.config.get("jobqueue.slurm.cores")
-                cluster = SLURMCluster(processes=cores)
-                cluster.scale(jobs=jobs)
-            client = Client(cluster or scheduler, timeout=PATIENCE, set_as_default=False)
-    except (OSError, RuntimeError, ValueError) as error:
-        if cluster is not None:
-            cluster.close()
-        raise BadInputError(f"--scheduler {scheduler}: {error}") from error
-    try:
+                    if shutil.which("sbatch") is None:
+                        raise ValueError("there is no sbatch here; say it where jobs are submitted")
+                    n = dask.config.get("jobqueue.slurm.cores") or 1  # a run at a time in each
+                    where = stack.enter_context(SLURMCluster(processes=n, n_workers=jobs * n))
+                    if not all(job.job_id for job in where.workers.values()):
+                        raise ValueError("sbatch took no job")
+                client = Client(where, timeout=PATIENCE, set_as_default=False)
+                stack.callback(client.close)
+        except (OSError, RuntimeError, ValueError) as error:
+            raise BadInputError(f"--scheduler {scheduler}: {error}") from error
         yield client
-    finally:
-        client.close()
-        if scheduler == "local":  # at once, whatever they do
-            for nanny in cluster.workers.values():
-                nanny.auto_restart = False
-                with suppress(OSError, TypeError):
-                    os.kill(nanny.pid, signal.SIGKILL)
-        if cluster is not None:
-            cluster.close()
+
+
+def _kill(cluster: Any) -> None:
+    """End the workers of a cluster on this machine at once, whatever they do."""
+    for nanny in cluster.workers.values():
+        nanny.auto_restart = False
+        with suppress(OSError, TypeError):  # where there is none any more
+            os.kill(nanny.pid, signal.SIGKILL)
 
 
 def do_all(
@@ -249,6 +253,8 @@ def _check_workers(client: Client, question: Question, expected: dict[str, Any])
     answers = client.run(_worker_facts, *question, on_error="return")
     refused = {}
     for address, facts in answers.items():
+        if isinstance(facts, OSError):
+            continue  # it has left
         if isinstance(facts, Exception):
             refused[address] = f"can't do runs ({type(facts).__name__}: {facts})"
         elif what := _difference(facts, expected):
