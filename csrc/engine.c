@@ -100,7 +100,7 @@ int32_t sv_start(const sv_batch *batch, const sv_plan *plan, sv_results *results
     const sv_kernel *kernel = sv_kernel_of(isa);
     if (!kernel || plan->lanes != kernel->lanes)
         return SV_NO_SUCH_ISA;
-    if (sv_batch_error(batch) || !plan->in_step)
+    if (sv_batch_error(batch) || !plan->in_step || batch->energy)
         return SV_BAD_BATCH;
     for (int32_t block = 0; block < plan->blocks; block++)
         kernel->open(batch, sv_row_of(plan, block), results, blocks[block]);

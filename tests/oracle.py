@@ -106,6 +106,7 @@ class Link:
             force = force + k.zeta_link / 2 * damping[0]
             m1, m2 = m1 + k.zeta_link / 4 * damping[1], m2 + k.zeta_link / 4 * damping[2]
             self.before = now
+        self.tension = force[0]
         return [out_of_link(self.axis, rotate(conjugate(back), v)) for v in (force, m1, m2)]
 
 
@@ -137,6 +138,7 @@ class Run:
         self.edge = np.full(count, edge)
         self.find_links()
         self.pairs, self.travel = None, 0.0
+        self.energy, self.edge_before = 0.0, self.edge.copy()
 
     def set_constants(self, edge, young):
         p = self.physics
@@ -239,6 +241,7 @@ class Run:
             force[i] -= push
             force[j] += push
         force += self.mass * p.gravity_vector - p.damping_global * self.c_v * self.velocity
+        edge = self.edge.copy()
         for i in range(count):
             if self.floor(i, force[i]):
                 self.velocity[i, :2] = force[i, :2] = 0
@@ -250,6 +253,10 @@ class Run:
             q /= np.linalg.norm(q)
             self.turn[i] = [1.0, 0, 0, 0] if q[0] >= 1 else q
             self.edge[i] = self.pumped(i, t)
+        for link in self.links:
+            swelling = (self.edge - self.edge_before)[[link.a, link.b]].mean() / 2
+            self.energy -= link.tension * swelling
+        self.edge_before = edge
 
     def displacement(self):
         """Run to the end; return the displacement in voxel widths."""

@@ -18,15 +18,15 @@ ISAS = engine.isa_names()
 def assert_same_bits(result, expected, where=slice(None)):
     """Compare all that two results hold, NaN equal to NaN, zeros by their sign."""
     assert list(result.diverged) == list(expected.diverged[where])
-    for name in ("displacement", "start", "end", "track"):
+    for name in ("displacement", "start", "end", "track", "energy"):
         ours, theirs = getattr(result, name), getattr(expected, name)
-        if theirs is not None:
+        if ours is not None and theirs is not None:
             assert ours.tobytes() == theirs[where].tobytes(), name
 
 
 @pytest.fixture(scope="module")
 def landscape():
-    return simulate(ALL, PUBLISHED, track=1)
+    return simulate(ALL, PUBLISHED, track=1, energy=True)
 
 
 def test_the_landscape_has_its_golden_digest(landscape):
@@ -42,6 +42,15 @@ def test_the_process_goes_on_to_compute_with_subnormal_numbers():
 def test_every_instruction_set_gives_the_same_landscape(landscape, isa):
     designs = ALL if isa == ISAS[-1] else ALL[1::3]
     assert_same_bits(simulate(designs, PUBLISHED, track=1, isa=isa), landscape, designs)
+
+
+@pytest.mark.parametrize("isa", ISAS)
+def test_measuring_the_pumps_work_changes_no_bit_and_has_the_same_on_all(landscape, isa):
+    designs = ALL[1::60]
+    result = simulate(designs, PUBLISHED, track=1, energy=True, isa=isa)
+    assert result.energy is not None
+    assert_same_bits(result, landscape, designs)
+    assert simulate(designs[:1], PUBLISHED, isa=isa).energy is None
 
 
 @pytest.mark.parametrize("isa", ISAS)
@@ -94,14 +103,15 @@ def test_parameters_of_ones_own_give_the_bits_they_give_alone(isa):
         duration=rng.uniform(1.5, 2.0, n),
         time_step_fraction=rng.uniform(0.5, 0.9, n),
     )
-    together = simulate(designs, crowd, track=2, isa=isa)
+    together = simulate(designs, crowd, track=2, energy=True, isa=isa)
     assert not together.diverged.any()
     for i in range(n):
         mine = {
             name: value[i] if isinstance(value, list) else value
             for name, value in crowd.to_dict().items()
         }
-        alone = simulate(designs[i], Physics(**mine), track=2, isa=isa)
+        alone = simulate(designs[i], Physics(**mine), track=2, energy=True, isa=isa)
+        assert alone.energy.tobytes() == together.energy[i : i + 1].tobytes()
         assert alone.displacement.tobytes() == together.displacement[i : i + 1].tobytes()
         assert alone.steps[0] == together.steps[i]
         samples = alone.track.shape[1]
@@ -116,7 +126,7 @@ def test_larger_lattices_give_the_same_bits_on_every_instruction_set(isa):
     physics = replace(PUBLISHED, duration=0.6)
     phase = rng.uniform(0, 1, designs.shape)
     strain = rng.uniform(0.1, 0.3, (6, 2, 3, 4, 3))
-    run = partial(simulate, designs, physics, phase=phase, strain=strain, track=3)
+    run = partial(simulate, designs, physics, phase=phase, strain=strain, track=3, energy=True)
     assert_same_bits(run(isa=isa), run(isa="portable"))
 
 

@@ -92,6 +92,44 @@ def test_a_beam_vibrates_at_the_frequency_of_its_stiffness():
     assert period == pytest.approx(2 * np.pi / stepped, rel=1e-5)
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.8])
+def test_the_pumps_work_is_the_energy_of_a_floating_pair_and_what_its_damper_took(damping):
+    physics = Physics(
+        gravity=0.0,
+        damping_link=damping,
+        damping_global=0.0,
+        settle_time=0.0,
+        duration=0.2,
+        frequency_hz=20.0,
+        actuation="expand_and_contract",
+    )
+    strain = np.zeros((1, 3, 2, 2, 2))  # two cycles of pumping, then it swings
+    strain[0, :2] = 0.1, 0.05
+    result = simulate(Design("00002100"), physics, strain=strain, frames=1, energy=True)
+    x = result.frames.position[0, :-1, :, 0, 1, 0]
+    stretch = x[:, 1] - x[:, 0] - result.frames.edge[0, :-1, :, 0, 1].mean(axis=1)
+    stiffness = physics.youngs_modulus * physics.edge
+    # Leapfrog keeps a discrete energy exactly: its kinetic part is the product of the speeds
+    # before and after a step. The trapezoidal rule is what goes with it.
+    speed = np.diff(x, axis=0) / physics.time_step
+    kinetic = 0.5 * MASS * (speed[1:] * speed[:-1]).sum(axis=1)
+    rate = np.diff(stretch) / physics.time_step
+    damper = damping * np.sqrt(stiffness * MASS) * rate * physics.time_step
+    taken = np.cumsum((damper[1:] + damper[:-1]) / 2 * rate[1:])
+    balance = (kinetic + 0.5 * stiffness * stretch[1:-1] ** 2)[1:] + taken[:-1]
+    swinging = result.frames.time[0, 2:-2] > 0.1 + 2 * physics.time_step
+    assert result.energy[0] > 1e-4
+    # Rounding of places of 0.02 m, of which stretches are 1e-4 m.
+    np.testing.assert_allclose(balance[swinging], result.energy[0], rtol=1e-9)
+
+
+def test_the_pump_does_no_work_on_what_it_does_not_move():
+    energy = simulate(["11111111", "20000000", 0, 6453], energy=True).energy
+    assert energy[:3].tobytes() == np.zeros(3).tobytes()
+    assert energy[3] > 1
+    assert np.isnan(simulate("22222222", Physics(strain=1e6), energy=True).energy).all()
+
+
 def test_a_floating_pair_swings_about_its_middle():
     physics = Physics(
         gravity=0.0, damping_link=0.0, damping_global=0.0, settle_time=0.0, duration=0.5

@@ -42,9 +42,13 @@ def random_case(seed):
 @pytest.mark.parametrize("seed", range(16))
 def test_a_run_ends_where_the_plain_writing_ends(seed):
     digits, physics, strain, phase = random_case(seed)
-    expected = oracle.Run(digits, physics, strain, phase).displacement()
+    run = oracle.Run(digits, physics, strain, phase)
+    expected = run.displacement()
     one = np.newaxis
-    result = simulate(digits[one], physics, strain=strain[one], phase=phase[one])
+    result = simulate(digits[one], physics, strain=strain[one], phase=phase[one], energy=True)
     assert np.linalg.norm(expected) > 1e-3
     # Two writings round differently, as two compilations do. Measured: 1.1e-9 at most.
     np.testing.assert_allclose(result.displacement[0], expected, rtol=0, atol=verify.TOLERANCE)
+    assert run.energy > 1e-3
+    # Measured: 4.1e-11 at most.
+    assert result.energy[0] == pytest.approx(run.energy, rel=1e-9)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ FUZZ = Path(__file__).parents[1] / "tools" / "fuzz.py"
 
 def run(designs, seating, *, isa=None, physics=None, **options):
     batch = prepared(designs, physics, None, options.pop("phase", None), **options)[2]
-    return engine.run(batch, isa=isa, seating=seating)
+    return engine.run(replace(batch, energy=True), isa=isa, seating=seating)
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,7 @@ def test_a_body_across_the_lanes_gives_the_bits_of_the_landscape(landscape, isa)
     output = run(sample, "all_across", isa=isa)
     assert output.end.tobytes() == landscape.end[sample].tobytes()
     assert output.start.tobytes() == landscape.start[sample].tobytes()
+    assert output.energy.tobytes() == landscape.energy[sample].tobytes()
 
 
 @pytest.mark.parametrize("seed", [0, 300])
@@ -60,6 +62,8 @@ def test_ten_voxels_a_side_give_the_same_bits_however_they_are_seated(isa):
         for seating in ("all_apart", "all_across")
     )
     assert apart.frames.tobytes() == across.frames.tobytes()
+    assert apart.energy.tobytes() == across.energy.tobytes()
+    assert (apart.energy > 0).all()
     assert not apart.status.any()
 
 

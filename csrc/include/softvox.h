@@ -58,6 +58,7 @@ typedef struct {
     int32_t frame_every;             /* steps between frames */
     int32_t frame_count;             /* rows of the frames, 0 for none */
     int32_t steered;                 /* 1 where strain and phase may jump at any time */
+    int32_t energy;                  /* 1 to measure the pump's work; of runs that don't pause */
     const uint8_t *digits;           /* [n][sites] 0 absent, 1 passive, 2 active */
     const sv_parameters *parameters; /* [n] */
     const double *strain;            /* [n][cycles][sites] amplitude; only active voxels use it */
@@ -72,6 +73,7 @@ typedef struct {
     double *start;   /* [n][3] m, centre of mass at the first step after settle_time */
     double *end;     /* [n][3] m, centre of mass at the first step after duration */
     double *track;   /* [n][track_samples][3] m from start, or NULL */
+    double *energy;  /* [n] J, the pump's work on the links; or NULL */
     double *frames;  /* [n][frame_count][sites][8] m, 1, m: position, quaternion wxyz, edge; or NULL */
 } sv_results;
 

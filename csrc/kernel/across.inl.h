@@ -27,8 +27,8 @@ SV_INLINE void sv_link_row_along(sv_block *b, int32_t row, sv_axis axis, sv_wide
     const sv_mat3 axes = sv_matrix(pose_a.turn);
     sv_link_effect e;
     b->diverged |= sv_link_step(&b->k, broken, &pose_a, &axes, &pose_b, axis, &b->memory[row], &e);
-    sv_wide on_a[8] = {e.force.x, e.force.y, e.force.z, -e.moment_a.x, -e.moment_a.y, -e.moment_a.z};
-    sv_wide on_b[8] = {-e.force.x, -e.force.y, -e.force.z, -e.moment_b.x, -e.moment_b.y, -e.moment_b.z};
+    sv_wide on_a[8] = {e.force.x, e.force.y, e.force.z, -e.moment_a.x, -e.moment_a.y, -e.moment_a.z, e.tension};
+    sv_wide on_b[8] = {-e.force.x, -e.force.y, -e.force.z, -e.moment_b.x, -e.moment_b.y, -e.moment_b.z, e.tension};
     const int32_t line = row * SV_LANES & (x->lines - 1);
     sv_store_lines(&x->effect[line], on_a);
     sv_store_lines(&x->effect[x->lines + line], on_b);
@@ -52,8 +52,9 @@ SV_INLINE void sv_link_row_step(sv_block *b, int32_t row, sv_wide broken)
     }
 }
 
-/* Force and moment on a row of voxels from their links: six lines each, of zeros where there is no link. */
-SV_INLINE void sv_add_lines(const sv_across *x, int32_t row, sv_vec3 *force, sv_vec3 *moment)
+/* Force and moment on a row of voxels from their links, and how hard these pull: six lines each, of zeros where there
+ * is no link. */
+SV_INLINE void sv_add_lines(const sv_across *x, int32_t row, sv_vec3 *force, sv_vec3 *moment, sv_wide *tension)
 {
     sv_wide sum[8];
     for (int part = 0; part < 8 / SV_LANES; part++) {
@@ -68,6 +69,7 @@ SV_INLINE void sv_add_lines(const sv_across *x, int32_t row, sv_vec3 *force, sv_
     }
     *force = (sv_vec3){sum[0], sum[1], sum[2]};
     *moment = (sv_vec3){sum[3], sum[4], sum[5]};
+    *tension = sum[6];
 }
 
 /* A row of voxels moves right after the links that start at it, while they are at hand. */
@@ -77,8 +79,9 @@ SV_INLINE void sv_move_across(sv_block *b, sv_wide broken)
         for (; link < b->across.links_end[row]; link++)
             sv_link_row_step(b, link, broken);
         sv_vec3 force, moment;
-        sv_add_lines(&b->across, row, &force, &moment);
-        sv_voxel_step(b, row, force, moment);
+        sv_wide tension;
+        sv_add_lines(&b->across, row, &force, &moment, &tension);
+        sv_voxel_step(b, row, force, moment, tension);
         sv_write_pose(b, row);
     }
 }

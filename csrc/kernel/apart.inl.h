@@ -15,6 +15,7 @@ SV_INLINE void sv_link_apart(sv_block *b, int32_t i, const sv_mat3 *axes, int32_
         e->force = sv_select3(here, e->force, sv_zero3());
         e->moment_a = sv_select3(here, e->moment_a, sv_zero3());
         e->moment_b = sv_select3(here, e->moment_b, sv_zero3());
+        e->tension = sv_select(here, e->tension, sv_splat(0));
         torn &= here;
     }
     b->diverged |= torn;
@@ -34,6 +35,17 @@ SV_INLINE void sv_gather(const sv_block *b, const sv_joints *joints, sv_vec3 *fo
     }
     *force = f;
     *moment = m;
+}
+
+/* How hard its links pull at a voxel, all together. */
+SV_INLINE sv_wide sv_gather_tension(const sv_block *b, const sv_joints *joints)
+{
+    sv_wide sum = sv_splat(0);
+    for (int32_t i = joints->first; i < joints->first + joints->starting; i++)
+        sum = sum + b->effect[i].tension;
+    for (int32_t i = 0; i < joints->ending; i++)
+        sum = sum + b->effect[joints->end[i]].tension;
+    return sum;
 }
 
 /* A voxel moves right after the links that start at it, while they are at hand; those that end at it came before. */
@@ -56,6 +68,6 @@ SV_INLINE void sv_move_apart(sv_block *b, sv_wide broken)
         }
         sv_vec3 force, moment;
         sv_gather(b, joints, &force, &moment);
-        sv_voxel_step(b, v, force, moment);
+        sv_voxel_step(b, v, force, moment, b->meter.work ? sv_gather_tension(b, joints) : sv_splat(0));
     }
 }

@@ -32,6 +32,7 @@ typedef struct {
 typedef struct {
     sv_vec3 force;              /* on a; b gets the opposite */
     sv_vec3 moment_a, moment_b; /* to be subtracted */
+    sv_wide tension;            /* N, the force along the link */
 } sv_link_effect;
 
 /* Coefficients of every lane, from its parameters. physics.md 2 */
@@ -119,6 +120,12 @@ typedef struct {
     double start[3]; /* m, centre of mass when measuring began */
 } sv_clock;
 
+/* What is kept to measure the pump's work on the links; NULL where it is not asked for. physics.md 12 */
+typedef struct {
+    sv_wide *edge_before; /* [rows] m, one step ago */
+    sv_wide *work;        /* [rows] J, times 4 */
+} sv_meter;
+
 #define SV_MIXED 3
 
 /* The axis of the links in all lanes, or SV_MIXED: y and z are the lanes in which it is that. */
@@ -173,6 +180,7 @@ typedef struct {
     sv_mask *can_use;   /* the memory of it */
     sv_wide frequency, settle_time, duration;
     sv_contacts contacts;
+    sv_meter meter;
     sv_wide time, next_event;   /* s */
     sv_wide first_energy, gain; /* J/kg, when measuring began, and what a body can come by after that */
     sv_clock clock[SV_LANES];

@@ -91,7 +91,7 @@ SV_INLINE sv_link_effect sv_beam(const sv_coefficients *k, sv_vec3 d, sv_vec3 a,
                         k->b3 * (bend_z + a.z) + k->turn_damp_b3 * (bend_z_rate + a_rate.z) - shear_y};
     sv_vec3 moment_b = {-torsion, shear_z + (k->b3 * (bend_y + b.y) + k->turn_damp_b3 * (bend_y_rate + b_rate.y)),
                         k->b3 * (bend_z + b.z) + k->turn_damp_b3 * (bend_z_rate + b_rate.z) - shear_y};
-    return (sv_link_effect){force, moment_a, moment_b};
+    return (sv_link_effect){force, moment_a, moment_b, force.x};
 }
 
 /* The beam's effect, and its memory brought up to date. A lane that changed its regime on this step is
@@ -120,7 +120,7 @@ SV_INLINE sv_link_effect sv_to_world(const sv_mat3 *outward, sv_axis axis, sv_li
 {
     return (sv_link_effect){sv_apply(outward, sv_out_of_link(axis, e.force)),
                             sv_apply(outward, sv_out_of_link(axis, e.moment_a)),
-                            sv_apply(outward, sv_out_of_link(axis, e.moment_b))};
+                            sv_apply(outward, sv_out_of_link(axis, e.moment_b)), e.tension};
 }
 
 /* One link for one step, between voxels a and b; axes is the matrix of a's turn. Returns the lanes in which it is

@@ -116,6 +116,18 @@ static void sv_watch_energy(sv_block *b)
     b->diverged |= sv_gt(sv_energy(b), b->first_energy + b->gain);
 }
 
+/* The pump's work on the links of a lane's design, J. */
+static double sv_pump_work(const sv_block *b, int lane)
+{
+    double sum = 0;
+    for (int32_t v = 0; v < b->body.voxels; v++) {
+        const sv_seat seat = sv_seat_of(b, lane, v);
+        if (sv_lane_has(b, lane, v))
+            sum += b->meter.work[seat.row][seat.lane];
+    }
+    return 0.25 * sum;
+}
+
 static void sv_record_lane(sv_block *b, int lane)
 {
     sv_clock *clock = &b->clock[lane];
@@ -130,6 +142,8 @@ static void sv_record_lane(sv_block *b, int lane)
     if (b->time[lane] > b->duration[lane]) {
         clock->ended = true;
         b->results->steps[b->design[lane]] = b->step;
+        if (b->meter.work)
+            b->results->energy[b->design[lane]] = sv_pump_work(b, lane);
         for (int i = 0; i < 3; i++)
             b->results->end[3 * b->design[lane] + i] = centre[i];
     }

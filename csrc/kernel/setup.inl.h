@@ -78,6 +78,11 @@ static void sv_block_take(sv_block *b, const sv_batch *batch, sv_size size, bool
     b->voxels = sv_take(arena, (size_t)rows, sizeof *b->voxels);
     b->pumps = sv_take(arena, pumps > SV_FEW_PUMPS ? pumps : SV_FEW_PUMPS, sizeof *b->pumps);
     sv_contacts_take(&b->contacts, rows, size.voxels, is_across, arena);
+    b->meter = (sv_meter){NULL, NULL};
+    if (batch->energy) {
+        b->meter.edge_before = sv_take(arena, (size_t)rows, sizeof *b->meter.edge_before);
+        b->meter.work = sv_take(arena, (size_t)rows, sizeof *b->meter.work);
+    }
     if (is_across) {
         sv_across_take(&b->across, rows, size, arena);
         b->memory = sv_take(arena, (size_t)b->across.link_rows, sizeof *b->memory);
@@ -280,6 +285,8 @@ static void sv_set_voxels(sv_block *b)
         x->pose.edge = sv_splat(L);
         x->strain = sv_splat(0);
         b->contacts.spot[row] = (sv_spot){x->pose.place, x->pose.edge};
+        if (b->meter.work)
+            b->meter.edge_before[row] = x->pose.edge, b->meter.work[row] = sv_splat(0);
         if (b->is_across)
             sv_write_pose(b, row);
     }

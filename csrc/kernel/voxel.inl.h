@@ -70,8 +70,15 @@ SV_INLINE sv_wide sv_pumped_edge(sv_wide edge, sv_wide strain, sv_wide sine, con
     return target;
 }
 
-/* Moves a row of voxels, given force and moment from their links. */
-SV_INLINE void sv_voxel_step(sv_block *b, int32_t row, sv_vec3 force, sv_vec3 moment)
+/* What the pump does in this step to the links of a row of voxels, by the trapezoidal rule. physics.md 12 */
+SV_INLINE void sv_meter_step(sv_meter *m, int32_t row, sv_wide tension, sv_wide edge, sv_wide next_edge)
+{
+    m->work[row] = m->work[row] - tension * (next_edge - m->edge_before[row]);
+    m->edge_before[row] = edge;
+}
+
+/* Moves a row of voxels, given force, moment and tension from their links. */
+SV_INLINE void sv_voxel_step(sv_block *b, int32_t row, sv_vec3 force, sv_vec3 moment, sv_wide tension)
 {
     const sv_coefficients *k = &b->k;
     sv_voxel *x = &b->voxels[row];
@@ -93,5 +100,8 @@ SV_INLINE void sv_voxel_step(sv_block *b, int32_t row, sv_vec3 force, sv_vec3 mo
     pose->place = sv_add3(pose->place, sv_scale3(k->dt, x->velocity));
     x->spin = sv_scale3(k->spin_keep, sv_add3(x->spin, sv_scale3(k->dt_over_inertia, moment)));
     pose->turn = sv_turn(pose->turn, x->spin, k->half_dt);
-    pose->edge = sv_pumped_edge(pose->edge, x->strain, sv_driven(b, row, false), b->batch);
+    const sv_wide edge = sv_pumped_edge(pose->edge, x->strain, sv_driven(b, row, false), b->batch);
+    if (b->meter.work)
+        sv_meter_step(&b->meter, row, tension, pose->edge, edge);
+    pose->edge = edge;
 }

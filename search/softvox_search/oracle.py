@@ -136,7 +136,8 @@ class Oracle:
     Raises
     ------
     ValueError
-        For a noisy environment without a generator, or one that doesn't say whether it is noisy.
+        For a noisy environment without a generator, one that doesn't say whether it is noisy, or
+        one that has objectives.
     """
 
     def __init__(
@@ -153,6 +154,11 @@ class Oracle:
         self.budget = budget
         first: Any = self._env(1)
         self.space: Lattice = first.unwrapped.evaluator.lattice
+        if first.unwrapped.evaluator.asked:
+            raise ValueError(
+                "the environment has objectives, and an oracle tells one number of a design; "
+                "make it without, or use softvox_gym.evaluate(..., objectives=...)"
+            )
         if noisy is None and (wrapper := silent(first)) is not None:
             raise ValueError(
                 f"{type(wrapper).__name__} doesn't say whether two evaluations of one design may "

@@ -61,6 +61,8 @@ class Batch:
     track_samples: int
     frame_every: int
     frame_count: int
+    #: Whether to measure the pump's work; not of a run that pauses.
+    energy: bool = False
     #: Of a run that is resumed: steps taken by each design, (n,), -1 where it could not run.
     resumed: NDArray[np.int32] | None = None
 
@@ -79,6 +81,7 @@ class Output:
     start: NDArray[np.float64]  # (n, 3), centre of mass
     end: NDArray[np.float64]  # (n, 3)
     track: NDArray[np.float64]  # (n, track_samples, 3), from start
+    energy: NDArray[np.float64]  # (n,), J, where it was asked for
     frames: NDArray[np.float64]  # (n, frame_count, sites, 8): position, quaternion wxyz, edge
 
 
@@ -149,7 +152,7 @@ def _c_batch(batch: Batch) -> Any:
     n, sites = batch.digits.shape
     cycles = batch.strain.shape[1]
     as_they_are = ("edge", "pumped_rest", "settle_time")
-    counts = ("track_per_cycle", "track_samples", "frame_every", "frame_count")
+    counts = ("track_per_cycle", "track_samples", "frame_every", "frame_count", "energy")
     c = ffi.new("sv_batch *", {name: getattr(batch, name) for name in as_they_are + counts})
     c.nx, c.ny, c.nz = batch.shape
     c.n, c.cycles, c.actuation = n, cycles, getattr(lib, f"SV_{batch.actuation.upper()}")
@@ -203,6 +206,7 @@ class _Planned:
             start=np.full((n, 3), np.nan),
             end=np.full((n, 3), np.nan),
             track=np.full((n, batch.track_samples, 3), np.nan),
+            energy=np.full(n, np.nan),
             frames=np.full((n, batch.frame_count, sites, 8), np.nan),
         )
         arrays = vars(self.output).items()

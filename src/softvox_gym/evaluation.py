@@ -10,9 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.cluster import evaluate_on
 from softvox_gym.design import batch_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
+from softvox_gym.objectives import OBJECTIVES, Tried, objectives_of
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import Result, check_count, sample_count
 from softvox_gym.tasks import Task
@@ -91,6 +93,11 @@ class Evaluation:
     result : Result or None
         The simulation: a row per trial, or per design where trials can't differ; None where no
         simulation was needed.
+    task : Task
+    energy : ndarray, shape (n, k), or None
+        The pump's work, J; NaN where it diverged. None where no objective asks for it.
+    asked : tuple of str
+        Names of the objectives that were asked for.
     phases : int
         Of the designs' lattice.
     """
@@ -102,6 +109,9 @@ class Evaluation:
     steps: NDArray[np.int64]
     aggregate: str = "mean"
     result: Result | None = None
+    task: Task = DISPLACEMENT
+    energy: Array | None = None
+    asked: tuple[str, ...] = ()
     phases: int = 1
 
     def __len__(self) -> int:
@@ -129,6 +139,32 @@ class Evaluation:
             return self.fitness[:, 0].copy()
         return aggregate_of(self.aggregate)(self.fitness)
 
+    @cached_property
+    def objectives(self) -> Array:
+        """The aggregate of every design's objectives, shape (n, m), in the order asked for.
+
+        More is better of each (docs/environments/objectives.md). m is 0 where none was asked for.
+        """
+        values = self.objectives_of_trials
+        if values.shape[1] == 1:
+            return values[:, 0].copy()
+        return aggregate_of(self.aggregate)(np.moveaxis(values, 1, -1))
+
+    @property
+    def objectives_of_trials(self) -> Array:
+        """The objectives of every trial, shape (n, k, m)."""
+        zeros = np.zeros(self.fitness.shape)
+        tried = Tried(
+            designs=self.designs,
+            task=self.task,
+            fitness=self.fitness,
+            displacement=np.nan_to_num(self.displacement),
+            track=np.nan_to_num(self.track),
+            energy=zeros if self.energy is None else np.nan_to_num(self.energy),
+        )
+        values = [OBJECTIVES[name].values(tried) for name in self.asked]
+        return np.stack(values, axis=-1) if values else zeros[..., np.newaxis][..., :0]
+
     @property
     def standard_error(self) -> Array:
         """Of the mean fitness, shape (n,); NaN of a single trial."""
@@ -152,8 +188,13 @@ class Evaluation:
         """
         if trials == 1:
             return self
-        names = ("fitness", "displacement", "track", "steps")
-        columns: Any = {name: np.repeat(getattr(self, name), trials, axis=1) for name in names}
+        names = ("fitness", "displacement", "track", "steps", "energy")
+        arrays = {name: getattr(self, name) for name in names}
+        columns: Any = {
+            name: np.repeat(array, trials, axis=1)
+            for name, array in arrays.items()
+            if array is not None
+        }
         return replace(self, **columns)
 
 
@@ -167,11 +208,13 @@ def evaluate(
     trials: int = 1,
     seed: Seed = None,
     aggregate: str = "mean",
+    objectives: Sequence[str] | None = None,
     frames: int = 0,
     threads: int | None = None,
     isa: str | None = None,
+    client: Any = None,
 ) -> Evaluation:
-    """Try designs, all trials in one crossing into C.
+    """Try designs, all trials in one crossing into C, or on the workers of a cluster.
 
     Parameters
     ----------
@@ -195,9 +238,16 @@ def evaluate(
         vector environment draws that was reset with this seed; or a generator for every design.
         Different at every call where None.
     aggregate : {"mean", "min", "q10", "cvar25"}
-        Of the fitness values, what `Evaluation.value` is; see `AGGREGATES`.
+        Of the fitness values, what `Evaluation.value` is, and of each objective's; see
+        `AGGREGATES`.
+    objectives : sequence of str, optional
+        What `Evaluation.objectives` has, in this order: some of "displacement", "voxels",
+        "actuators", "energy", "straightness", "stability" and "heading".
     frames, threads, isa
         As `simulate` takes them; the frames are those of `Evaluation.result`.
+    client : object, optional
+        A `distributed.Client`, or whatever has submit and gather: workers of its cluster do it in
+        chunks, on one thread each, to the same bits. Generators must then differ.
 
     Returns
     -------
@@ -207,6 +257,8 @@ def evaluate(
     ------
     TypeError, ValueError
         For designs or arguments that do not fit, naming the argument. Nothing was drawn then.
+    RuntimeError
+        Where a worker's engine gives other bits.
 
     Examples
     --------
@@ -214,6 +266,9 @@ def evaluate(
     >>> noisy = evaluate([6453, 926], perturbations=[Jakobi(1.0)], trials=64, seed=0)
     >>> noisy.fitness.shape
     (2, 64)
+    >>> print(evaluate([6453, 926], objectives=("displacement", "voxels")).objectives.round(2))
+    [[ 4.66 -5.  ]
+     [ 3.96 -5.  ]]
     """
     stack, lattice = batch_of(designs, shape=shape)
     kinds, phase = lattice.pumped(stack)
@@ -226,13 +281,33 @@ def evaluate(
             f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
         )
     aggregate_of(aggregate)
+    asked = () if objectives is None else tuple(one.name for one in objectives_of(objectives))
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
+    if client is not None and len(stack):
+        on_cluster: Evaluation = evaluate_on(
+            client,
+            evaluate,
+            stack,
+            generators if perturbations else [],
+            reality=reality,
+            shape=lattice,
+            task=task,
+            perturbations=perturbations,
+            trials=trials,
+            aggregate=aggregate,
+            objectives=objectives,
+            frames=frames,
+            threads=threads,
+            isa=isa,
+        )
+        return on_cluster
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
+    options["energy"] = "energy" in asked
     if not perturbations or not len(stack):
         result = reality.simulate(kinds, phase=phase, **options)
-        evaluation = _evaluation(stack, result, samples, aggregate, task)
+        evaluation = _evaluation(stack, result, samples, aggregate, task, asked)
         return replace(evaluation, phases=lattice.phases).repeated(trials)
     phases: Any = [None] * len(stack) if phase is None else phase
     drawn = [
@@ -240,9 +315,8 @@ def evaluate(
         for design, ahead, rng in zip(kinds, phases, generators, strict=True)
     ]
     result = reality.run(np.repeat(kinds, trials, axis=0), Trials.joined(drawn), **options)
-    evaluation = replace(
-        _evaluation(stack, result, samples, aggregate, task), phases=lattice.phases
-    )
+    evaluation = _evaluation(stack, result, samples, aggregate, task, asked)
+    evaluation = replace(evaluation, phases=lattice.phases)
     measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
     return evaluation
 
@@ -303,7 +377,12 @@ def _disturbed(
 
 
 def _evaluation(
-    stack: NDArray[np.uint8], result: Result, samples: int, aggregate: str, task: Task
+    stack: NDArray[np.uint8],
+    result: Result,
+    samples: int,
+    aggregate: str,
+    task: Task,
+    asked: tuple[str, ...],
 ) -> Evaluation:
     """Return the evaluation of a simulation that has one or more rows for every design."""
     n = len(stack)
@@ -321,4 +400,7 @@ def _evaluation(
         steps=result.steps.astype(np.int64).reshape(n, k),
         aggregate=aggregate,
         result=result,
+        task=task,
+        energy=None if result.energy is None else result.energy.reshape(n, k),
+        asked=asked,
     )

@@ -67,6 +67,9 @@ class Result:
     step_error : ndarray, shape (n,), or None
         By how much the fitness changes at half the time step, voxel widths; NaN where a design
         diverges at either. None without `check_step`.
+    energy : ndarray, shape (n,), or None
+        The pump's work on the links in the whole run, J (docs/physics.md, section 12); NaN where
+        diverged, 0 for the empty design. None where it was not asked for.
     phased : (ndarray, Lattice) or None
         The designs as they were given, and their lattice, where that has several phases.
     """
@@ -81,6 +84,7 @@ class Result:
     track: NDArray[np.float64] | None
     frames: Frames | None
     step_error: NDArray[np.float64] | None = None
+    energy: NDArray[np.float64] | None = None
     phased: tuple[NDArray[np.uint8], Lattice] | None = None
 
     def __len__(self) -> int:
@@ -121,6 +125,7 @@ def simulate(
     phase: ArrayLike | None = None,
     track: int = 0,
     frames: int = 0,
+    energy: bool = False,
     check_step: bool = False,
     threads: int | None = None,
     isa: str | None = None,
@@ -150,6 +155,8 @@ def simulate(
         Samples of the centre of mass per actuation cycle; 0 for none.
     frames : int
         Steps between full frames; 0 for none.
+    energy : bool
+        Measure the pump's work, for `Result.energy`.
     check_step : bool
         Simulate at half the time step as well, for `Result.step_error`; takes three times as long.
     threads : int, optional
@@ -177,6 +184,7 @@ def simulate(
     given, lattice = batch_of(designs)
     designs, phase = pumped(given, phase, shape=lattice)
     stack, physics, batch = prepared(designs, physics, strain, phase, track=track, frames=frames)
+    batch = replace(batch, energy=bool(energy))
     check_threads(threads)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a callable (done, total), got {progress!r}")
@@ -371,7 +379,8 @@ def _result(
         has_fitness = np.isfinite(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
     diverged = (output.status != 0) | ~has_fitness
     displacement[diverged] = np.nan
-    output.track[empty] = 0.0
+    output.track[empty] = output.energy[empty] = 0.0
+    output.energy[diverged] = np.nan
     for values in (output.start, output.end, output.track):
         values[diverged] = np.nan
         values /= physics.edge
@@ -385,6 +394,7 @@ def _result(
         steps=output.steps,
         track=output.track if batch.track_per_cycle else None,
         frames=_frames(batch, output) if batch.frame_every else None,
+        energy=output.energy if batch.energy else None,
     )
 
 

@@ -369,6 +369,11 @@ def test_a_wrapper_that_doesnt_say_whether_it_is_noisy_is_refused():
     assert Oracle(make, Budget(unique=5), noisy=True, rng=np.random.default_rng(0)).noisy
 
 
+def test_a_vector_reward_is_refused():
+    with pytest.raises(ValueError, match="an oracle tells one number of a design"):
+        Oracle(lambda n: gym.make_vec(ENV_ID, n, objectives=["voxels"]), Budget(unique=5))
+
+
 def test_a_reward_of_nan_is_refused():
     oracle = Oracle(lambda n: Unworthy(gym.make_vec(TABLE_ENV_ID, num_envs=n)), Budget(unique=5))
     with pytest.raises(ValueError, match="a reward of NaN"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -29,11 +30,15 @@ from softvox_gym.landscapes.table import LATTICE, has_table, looked_up, no_table
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import Motion
 from softvox_gym.noise import Perturbation
+from softvox_gym.objectives import objectives_of
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose, Stage, Walk
-from softvox_gym.simulation import Result, check_count, sample_count, spaced
+from softvox_gym.simulation import Result, check_threads, sample_count, spaced
 from softvox_gym.tasks import Task
+
+#: Objectives for which the ends of a track suffice.
+TOLD_BY_ENDS = ("displacement", "voxels", "actuators", "heading")
 
 #: Of the path in a picture; the robot is shown as the last of them has it.
 POSES_PER_RUN = 128
@@ -93,15 +98,17 @@ class Evaluator(Episodes):
         heading: float | None = None,
         from_table: bool = False,
         phases: int | None = None,
+        objectives: Sequence[str] | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
-        if threads is not None:
-            check_count("threads", threads, least=1)
+        check_threads(threads)
         self.lattice = Lattice.of(shape, phases=phases)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics
         self.task = Task.of(task, heading)
+        asked = () if objectives is None else objectives_of(objectives)
+        self.asked = tuple(one.name for one in asked)
         self.from_table = from_table
         self.threads = threads
         is_published = self.reality.plain_physics == Physics.published()
@@ -110,8 +117,21 @@ class Evaluator(Episodes):
                 "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
                 "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
             )
+        if from_table and "energy" in self.asked:
+            raise ValueError(
+                "objectives has energy, which the table does not; without from_table, as in "
+                "SoftVox2x2x2-v0, it is simulated"
+            )
+        if from_table and self.lattice.phases > 1 and not {*self.asked} <= {*TOLD_BY_ENDS}:
+            raise ValueError(
+                f"objectives may be {', '.join(TOLD_BY_ENDS)} where the table of several phases "
+                "answers, which has no tracks; without from_table they are simulated"
+            )
         if from_table and not has_table(self.lattice):
             raise ValueError(no_table(self.lattice))
+        if asked:
+            low, high = np.array([(one.low, one.high) for one in asked]).T
+            self.reward_space = spaces.Box(low, high, dtype=np.float64)
         if not self.reality.is_plain:
             self.reality.trials(np.zeros(self.lattice, np.uint8))  # phases must fit the lattice
         samples = sample_count(self.physics, SAMPLES_PER_CYCLE)
@@ -144,7 +164,8 @@ class Evaluator(Episodes):
         stack = self.lattice.to_stack(rows)
         trials = actions.trials or 1
         if self.from_table:
-            evaluation = looked_up(stack, self.task, self.lattice).repeated(trials)
+            looked = looked_up(stack, self.task, self.lattice)
+            evaluation = replace(looked, asked=self.asked).repeated(trials)
         if self.render_mode or not self.from_table:
             simulated = evaluate(
                 stack,
@@ -153,6 +174,7 @@ class Evaluator(Episodes):
                 task=self.task,
                 perturbations=actions.perturbations,
                 trials=trials,
+                objectives=self.asked or None,
                 seed=generators() if actions.perturbations else None,
                 frames=self._frames(actions),
                 threads=self.threads,
@@ -162,7 +184,7 @@ class Evaluator(Episodes):
         tracks = np.where(np.isnan(evaluation.track), 0.0, evaluation.track)
         return Stepped(
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
-            evaluation.value,
+            evaluation.objectives if self.asked else evaluation.value,
             terminated=np.ones(len(rows), dtype=np.bool_),
             truncated=np.zeros(len(rows), dtype=np.bool_),
             infos=_infos(evaluation, rows, is_repeated=actions.trials is not None),
@@ -216,6 +238,8 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
     }
     if is_repeated:
         infos |= {"values": evaluation.fitness, "displacements": evaluation.displacement}
+    if is_repeated and evaluation.asked:
+        infos["objectives"] = evaluation.objectives_of_trials
     return infos
 
 

@@ -113,7 +113,8 @@ class SoftVoxEnv(SingleEnv):
     Reward
     ------
     Fitness: the horizontal travel of the centre of mass in voxel widths, sqrt(dx^2 + dy^2); in the
-    directed task its part along the heading. A design that diverges gets 0.
+    directed task its part along the heading. A design that diverges gets 0. Where ``objectives``
+    are asked for, an ndarray of shape (m,) with one number for each, within ``reward_space``.
 
     End of an episode
     -----------------
@@ -151,6 +152,9 @@ class SoftVoxEnv(SingleEnv):
         What is rewarded: the displacement in whatever direction, or along the heading.
     heading : float, optional
         Of the directed task, degrees from x towards y.
+    objectives : sequence of str, optional
+        Some of "displacement", "voxels", "actuators", "energy", "straightness", "stability" and
+        "heading", for a vector reward as MO-Gymnasium has it: see docs/environments/objectives.md.
     render_mode : {"rgb_array", "rgb_array_list"}, optional
         A picture of the robot as the last step left it, beside where it started, with its path and
         a ruler; an empty floor after reset. Or the pictures since the last call of `render`, which
@@ -169,9 +173,9 @@ class SoftVoxEnv(SingleEnv):
     ------
     TypeError, ValueError
         For a shape that is no lattice, a physics that is none of these or holds arrays, an unknown
-        reality, task or render mode, phases that are not from 1 to 8, a physics beside a reality,
-        or a table of anything else, or that is not on this machine; by
-        `step` for an action that is not in the space.
+        reality, task, objective or render mode, phases that are not from 1 to 8, a physics beside a
+        reality, or a table of anything else, or that is not on this machine; by `step` for an
+        action that is not in the space.
 
     Examples
     --------
@@ -196,6 +200,7 @@ class SoftVoxEnv(SingleEnv):
         reality: str | Reality | None = None,
         task: str | Task = "displacement",
         heading: float | None = None,
+        objectives: Sequence[str] | None = None,
         render_mode: str | None = None,
         from_table: bool = False,
         phases: int | None = None,
@@ -207,6 +212,7 @@ class SoftVoxEnv(SingleEnv):
             reality=reality,
             task=task,
             heading=heading,
+            objectives=objectives,
             from_table=from_table,
             phases=phases,
         )

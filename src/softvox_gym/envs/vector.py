@@ -251,7 +251,7 @@ class SoftVoxVectorEnv(NativeVectorEnv):
     ----------
     num_envs : int
         Designs per step.
-    shape, physics, reality, task, heading, render_mode, from_table, phases
+    shape, physics, reality, task, heading, objectives, render_mode, from_table, phases
         As `SoftVoxEnv` takes them; one for the whole batch.
     autoreset_mode : str or AutoresetMode
         "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
@@ -285,6 +285,7 @@ class SoftVoxVectorEnv(NativeVectorEnv):
         reality: str | Reality | None = None,
         task: str | Task = "displacement",
         heading: float | None = None,
+        objectives: Sequence[str] | None = None,
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
@@ -298,6 +299,7 @@ class SoftVoxVectorEnv(NativeVectorEnv):
             reality=reality,
             task=task,
             heading=heading,
+            objectives=objectives,
             threads=threads,
             from_table=from_table,
             phases=phases,

@@ -435,6 +435,7 @@ def looked_up(
         displacement=end[:, np.newaxis],
         track=track[design][:, np.newaxis],
         steps=steps[design].astype(np.int64)[:, np.newaxis],
+        task=task,
     )
 
 

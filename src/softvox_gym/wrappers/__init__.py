@@ -125,7 +125,7 @@ class _Wrapper(
             asked, np.array([reward], dtype=np.float64), columns, lambda: [self.np_random]
         )
         told = {**info, **{key: plain(column[0]) for key, column in changed.items()}}
-        return observation, float(rewards[0]), terminated, truncated, told
+        return observation, plain(rewards[0]), terminated, truncated, told
 
 
 class JakobiNoise(JakobiStep, _Wrapper):
@@ -169,6 +169,7 @@ class Resample(ResampleStep, _Wrapper):
     key            shape
     ============== ======= =====================================================
     values         (n,)    the fitness of every trial, voxel widths
+    objectives     (n, m)  of every trial, where the environment has objectives
     displacements  (n, 3)  of every trial, voxel widths; NaN where it diverged
     mean           float   of the values
     standard_error float   of the mean; NaN for n = 1

@@ -57,7 +57,7 @@ class Wrapping:
     def after(
         self, action: Action, rewards: Array, infos: Columns, generators: Generators
     ) -> tuple[Array, Columns]:
-        """Return rewards, shape (n,), and the infos that change, each of shape (n, ...).
+        """Return rewards, shape (n,) or (n, m), and the infos that change, each of shape (n, ...).
 
         The action is the one from outside, the generators are those of the n environments.
         """
@@ -103,11 +103,13 @@ class ResampleStep(Wrapping):
     def after(
         self, action: Action, rewards: Array, infos: Columns, generators: Generators
     ) -> tuple[Array, Columns]:
-        """Aggregate the values."""
+        """Aggregate the values, and the objectives."""
         values = infos["values"]
-        rewards = self._aggregate(values)
+        fitness = rewards = self._aggregate(values)
+        if "objectives" in infos:
+            rewards = self._aggregate(np.moveaxis(infos["objectives"], 1, -1))
         return rewards, {
-            "fitness": np.where(infos["diverged"], infos["fitness"], rewards),
+            "fitness": np.where(infos["diverged"], infos["fitness"], fitness),
             "mean": values.mean(axis=1),
             "standard_error": standard_error(values),
         }
@@ -121,7 +123,11 @@ class MeasuredStep(Wrapping):
         self.noise = MeasurementNoise(sigma)
         self.sigma = self.noise.sigma
         self.is_noisy = self.sigma > 0
-        evaluator_of(env, "FitnessNoise")
+        if evaluator_of(env, "FitnessNoise").asked:
+            raise ValueError(
+                "FitnessNoise measures one number, and the environment has objectives; "
+                "evaluate(..., objectives=..., perturbations=[MeasurementNoise(sigma)]) takes both"
+            )
 
     def after(
         self, action: Action, rewards: Array, infos: Columns, generators: Generators
@@ -176,8 +182,9 @@ def evaluator_of(env: Any, wrapper: str) -> Evaluator:
     evaluator = getattr(env.unwrapped, "evaluator", None)
     if not isinstance(evaluator, Evaluator):
         raise TypeError(
-            f"{wrapper} works on this package's environments, got {env.unwrapped}; put it around "
-            "single ones before they are made one vector, gym.make_vec(..., wrappers=[...])"
+            f"{wrapper} works on this package's environments whose action is a design, got "
+            f"{env.unwrapped}; put it around single ones before they are made one vector, "
+            "gym.make_vec(..., wrappers=[...])"
         )
     return evaluator
 
