@@ -67,7 +67,7 @@ def draw_phased() -> None:
         axis.plot([], [], color=view_style.INK, ls=":", lw=1, label="that the kit can build")
         axis.set(yscale="log", xlabel="fitness (voxel widths)", ylabel="share of designs above")
         axis.set_xlim(left=0)
-        axis.legend(frameon=False)
+        axis.legend(frameon=False, loc="upper right")
         write_file(DOCS / "environments" / "phased.png", view_style.encoded(made), force=True)
 
 
