@@ -147,6 +147,7 @@ def ranking(
         if label.startswith("evaluations"):
             axis.set_xscale("log")
             axis.xaxis.set_major_formatter("{x:g}")
+            axis.xaxis.set_minor_formatter("")  # a short axis would have some, as mathematics
         _rows(axis, table, names, series)
         axis.set_xlabel(f"{label} (95 % band)")
     ends = dict(zip(last["searcher"], last["budget"], strict=True))
@@ -209,6 +210,7 @@ def over_time(table: pd.DataFrame, column: str, *, title: str, ends: Mapping[str
     axes[0].set_xlim(1, max(float(table["unique"].max()), 2.0))
     axes[0].set_xscale("log")
     axes[0].xaxis.set_major_formatter("{x:g}")
+    axes[0].xaxis.set_minor_formatter("")
     axes[0].minorticks_off()
     made.supxlabel("unique evaluations")
     what = f"{_measure(table)}, voxel widths (IQM)" if is_banded else "share of runs and targets"
