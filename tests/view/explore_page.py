@@ -40,28 +40,33 @@ def loaded(driver, page, state=""):
     return driver
 
 
-#: Leaves nothing of what was done on the page: first what no address tells, then the rest.
+#: Takes back what no address tells.
 AFRESH = """
-const [state] = arguments, find = (id) => document.getElementById(id);
+const find = (id) => document.getElementById(id);
 if (!find("story").hidden) find("story-end").click();
 document.activeElement?.blur();
 scrollTo(0, 0);
 document.querySelector("#which input[value='design']").checked = true;
 document.querySelector("#zoom :nth-child(3)").click();
 for (const id of ["map", "map-b"]) find(id).dispatchEvent(new PointerEvent("pointerleave"));
-for (const address of ["design=6453", state]) {
-  history.replaceState(null, "", `#${address}`);
-  dispatchEvent(new HashChangeEvent("hashchange"));
-}
+"""
+GO = """
+history.replaceState(null, "", `#${arguments[0]}`);
+dispatchEvent(new HashChangeEvent("hashchange"));
 """
 
 
 def opened(driver, page, state=""):
-    """Go to a state of the page, which is loaded only where another is seen."""
+    """Go to a state of the page as if from its first, and load it only where another is seen.
+
+    The cell under the cursor stays.
+    """
     if driver.current_url.partition("#")[0] != page:
         return loaded(driver, page, state)
     driver.get_log("browser")
-    driver.execute_script(AFRESH, state or "design=6453")
+    driver.execute_script(AFRESH + GO, "design=6453")
+    if state:
+        driver.execute_script(GO, state)
     until(lambda: applied(driver) is not None)
     return driver
 

@@ -256,7 +256,7 @@ def test_a_path_plays_and_stops_at_its_end(driver, page):
 
 
 def test_searchers_are_seen_beside_each_other_and_are_in_the_address(driver, page):
-    opened(driver, page, "searcher=random&seed=1&budget=30")
+    loaded(driver, page, "searcher=random&seed=1&budget=30")
     until(lambda: shown(driver, "path-text"))
     one(driver, "#add-path").click()
     assert "is shown already" in shown(driver, "path-text")
