@@ -389,7 +389,7 @@ def test_missing_packages_are_named_all_at_once_as_they_are_installed(monkeypatc
 
 def texts_outside(figure):
     """Return the titles, names of axes and legends of a drawn figure that its edges cut off."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     texts = list(figure.texts)
     for axis in figure.axes:
         texts += [axis.title, axis.xaxis.label, axis.yaxis.label]
