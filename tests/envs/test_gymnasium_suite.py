@@ -19,8 +19,13 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics as RecordVectorEpi
 
 import softvox_gym
 
-IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0"]
+IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0", "SoftVoxGrow2x2x2-v0"]
 VECTORISERS = ["sync", "async", "vector_entry_point"]
+
+# Processes take seconds to begin: all ids, but not each in every way.
+BEGIN = [(name, mode) for name in IDS for mode in VECTORISERS if (name, mode) != (IDS[1], "async")]
+STEP = [(IDS[0], shared, mode) for shared in (True, False) for mode in ("NextStep", "SameStep")]
+STEP += [(IDS[1], True, "SameStep"), (IDS[2], True, "NextStep"), (IDS[2], False, "SameStep")]
 
 
 @pytest.fixture(params=IDS)
@@ -31,6 +36,10 @@ def spec(request):
 def action_of(env):
     env.action_space.seed(0)
     return env.action_space.sample()
+
+
+def is_growth(env):
+    return "Grow" in env.spec.id
 
 
 def test_the_registered_spec_is_deterministic_and_versioned(spec):
@@ -54,8 +63,8 @@ def test_a_rollout_is_deterministic(spec):
         assert data_equivalence(ours, theirs)
         assert ours[0] in first.observation_space
         assert isinstance(ours[2], bool)
-        first.reset(seed=0)
-        second.reset(seed=0)
+        if ours[2]:
+            assert data_equivalence(first.reset(seed=0), second.reset(seed=0))
 
 
 def test_every_render_mode_gives_frames_after_reset_and_after_a_step(spec):
@@ -75,17 +84,19 @@ def test_a_list_of_frames_shows_the_walk_and_each_once(spec):
     env = spec.make(render_mode="rgb_array_list", physics={"duration": 0.5})
     env.reset()
     floor = env.render()
-    assert len(floor) == 1
+    assert len(floor) == (5 if is_growth(env) else 1)
     assert env.render() == []
-    action = np.ones(env.action_space.shape, np.int64)
-    env.step(action)
-    assert len(env.render()) == 13  # 0.25 s at half speed, 25 per second
+    over, shown = False, 0
+    while not over:
+        over = env.step(np.ones(env.action_space.shape, np.int64))[2]
+        shown += len(env.render())
+    # 0.25 s at half speed, 25 per second; before that 0.2 s after each voxel but the last
+    assert shown == (7 * 5 + 13 if is_growth(env) else 13)
     env.reset()
     np.testing.assert_array_equal(env.render(), floor)
 
 
-@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
-@pytest.mark.parametrize("shared_memory", [True, False])
+@pytest.mark.parametrize(("spec", "shared_memory", "mode"), STEP, indirect=["spec"])
 def test_processes_of_single_environments_equal_a_loop_over_them(spec, shared_memory, mode):
     makers = [spec.make] * 3
     loop = SyncVectorEnv(makers, autoreset_mode=mode)
@@ -94,14 +105,14 @@ def test_processes_of_single_environments_equal_a_loop_over_them(spec, shared_me
     )
     try:
         assert data_equivalence(processes.reset(seed=0), loop.reset(seed=0))
-        for _ in range(3):
+        for _ in range(10 if is_growth(loop.envs[0]) else 3):
             actions = loop.action_space.sample()
             assert data_equivalence(processes.step(actions), loop.step(actions))
     finally:
         processes.close()
 
 
-@pytest.mark.parametrize("mode", VECTORISERS)
+@pytest.mark.parametrize(("spec", "mode"), BEGIN, indirect=["spec"])
 def test_seeds_count_up_over_the_environments(spec, mode):
     options = {"context": "spawn"} if mode == "async" else {}
     env = gym.make_vec(spec, 3, mode, vector_kwargs=options)
@@ -127,21 +138,29 @@ def test_one_environment_in_a_batch_equals_a_single_one(spec):
     observation, info = env.reset(seed=123)
     observations, infos = envs.reset(seed=123)
     assert data_equivalence(observation, observations[0])
-    assert info == infos == {}
-    action = action_of(env)
-    single, batch = env.step(action), envs.step(action[np.newaxis])
-    for i in range(4):
-        assert np.array_equal(single[i], batch[i][0])
-    for key, value in single[4].items():
-        assert np.array_equal(value, batch[4][key][0])
+    assert_row(info, infos)
+    over = False
+    while not over:
+        action = action_of(env)
+        single, batch = env.step(action), envs.step(np.array([action]))
+        for i in range(4):
+            assert np.array_equal(single[i], batch[i][0])
+        assert_row(single[4], batch[4])
+        over = single[2]
+
+
+def assert_row(info, infos):
+    assert set(infos) == set(info) | {f"_{key}" for key in info}
+    for key, value in info.items():
+        assert np.array_equal(value, infos[key][0])
 
 
 def test_the_usual_wrappers_fit(spec):
-    env = TimeLimit(RecordEpisodeStatistics(spec.make()), 5)
-    env.reset(seed=0)
-    *_, info = env.step(action_of(env))
-    assert info["episode"]["r"] == pytest.approx(info["fitness"])
+    env = TimeLimit(RecordEpisodeStatistics(spec.make()), 8)
     envs = RecordVectorEpisodeStatistics(gym.make_vec(spec, 2))
-    envs.reset(seed=0)
-    *_, infos = envs.step(action_of(envs))
-    assert infos["episode"]["r"] == pytest.approx(infos["fitness"])
+    for each in (env, envs):
+        each.reset(seed=0)
+        info = {}
+        while "episode" not in info:
+            *_, info = each.step(action_of(each))
+        assert info["episode"]["r"] == pytest.approx(info["fitness"])

@@ -35,6 +35,8 @@ STACKS = {
         ("Resample", {"n": 2, "aggregate": "min"}),
     ],
     "twice": [("JakobiNoise", {"frequency": 0.3}), ("JakobiNoise", {"frequency": 0.05})],
+    "noise on numbers": [("DiscreteAction", {}), ("JakobiNoise", {})],
+    "numbers of noise": [("JakobiNoise", {}), ("DiscreteAction", {})],
 }
 
 
@@ -483,3 +485,56 @@ def test_larger_lattices_draw_alike_single_and_in_a_vector(name):
     ours.action_space.seed(1)
     actions = ours.action_space.sample()
     assert_same(sorted_infos(ours.step(actions)), sorted_infos(theirs.step(actions)))
+
+
+@pytest.mark.parametrize("name", [softvox_gym.ENV_ID, "SoftVox3x3x3-v0"])
+def test_an_action_is_the_designs_number(name):
+    env = wrappers.DiscreteAction(gym.make(name, physics=SHORT))
+    lattice = env.unwrapped.evaluator.lattice
+    assert env.action_space == gym.spaces.Discrete(lattice.n_designs)
+    env.reset(seed=0)
+    for number in (0, 6453, lattice.n_designs - 1):
+        assert env.step(number)[4]["design"] == number
+        assert env.step(np.int64(number))[4]["design"] == number
+    assert isinstance(gym.make(env.spec), wrappers.DiscreteAction)
+    assert json.loads(env.spec.to_json())["additional_wrappers"][-1]["kwargs"] == {}
+
+
+@pytest.mark.parametrize("action", [6561, -1, 1.0, "a", None, True])
+def test_a_number_that_no_design_has_is_refused(action):
+    env = wrappers.DiscreteAction(gym.make(softvox_gym.ENV_ID))
+    env.reset()
+    with pytest.raises(ValueError, match="from 0 to 6560"):
+        env.step(action)
+    envs = vector.DiscreteAction(gym.make_vec(softvox_gym.ENV_ID, num_envs=2))
+    envs.reset()
+    with pytest.raises(ValueError, match="from 0 to 6560"):
+        envs.step([action, action])
+
+
+def test_actions_that_numbers_can_not_stand_for_are_refused():
+    for module, make in ((wrappers, gym.make), (vector, gym.make_vec)):
+        with pytest.raises(ValueError, match="at most 39 sites"):
+            module.DiscreteAction(make("SoftVox4x4x4-v0"))
+        with pytest.raises(TypeError, match="needs a MultiDiscrete action"):
+            module.DiscreteAction(make("CartPole-v1"))
+
+
+@pytest.mark.parametrize(
+    ("make", "theirs", "first"),
+    [(gym.make, gym.wrappers, ()), (gym.make_vec, gym.wrappers.vector, (0,))],
+)
+@pytest.mark.filterwarnings("ignore:.*precision lowered by casting:UserWarning")
+def test_gymnasiums_wrappers_make_observations_flat_bounded_and_scaled(make, theirs, first):
+    """As docs/environments/wrappers.md shows it."""
+    space = gym.spaces.Box(-10, 10, (48,))
+    kind = {"observation_space": space} if not first else {"single_observation_space": space}
+    env = theirs.DtypeObservation(theirs.FlattenObservation(make(softvox_gym.ENV_ID)), np.float32)
+    env = theirs.TransformObservation(env, lambda track: track.clip(-10, 10), **kind)
+    env = theirs.RescaleObservation(env, np.float32(-1), np.float32(1))
+    start, _ = env.reset(seed=0)
+    end = env.step(BEST if not first else BEST[np.newaxis])[0]
+    assert start.dtype == end.dtype == np.float32
+    assert start in env.observation_space
+    track = simulate(6453, track=1).track[0]
+    np.testing.assert_allclose(end[first], track.ravel() / 10, rtol=0, atol=1e-6)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 import gymnasium as gym
@@ -59,6 +60,8 @@ class Stepped(NamedTuple):
     ----------
     rewards : ndarray, shape (k,), or (k, m) of a vector reward
     terminated, truncated : ndarray of bool, shape (k,)
+    finals : dict of ndarray
+        Infos, too, but only of those that are over: a row for each of them.
     """
 
     observations: NDArray[Any]
@@ -67,6 +70,7 @@ class Stepped(NamedTuple):
     truncated: NDArray[np.bool_]
     infos: Columns
     films: Sequence[Film | None]
+    finals: Columns = MappingProxyType({})
 
 
 class Episodes(ABC):

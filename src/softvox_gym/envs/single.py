@@ -46,12 +46,12 @@ class SingleEnv(gym.Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Go on; see the class for what is returned."""
-        observations, rewards, terminated, truncated, infos, films = self.episodes.step(
+        observations, rewards, terminated, truncated, infos, films, finals = self.episodes.step(
             _ONLY, np.asanyarray(action)[np.newaxis], lambda: [self.np_random]
         )
         self._seen.append(films[0])
         over = bool(terminated[0]), bool(truncated[0])
-        return observations[0], plain(rewards[0]), *over, _first(infos)
+        return observations[0], plain(rewards[0]), *over, _first({**infos, **finals})
 
     def render(self) -> Any:
         """Return the picture, uint8 of shape (height, width, 3), or the list of them.

@@ -159,13 +159,14 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         rewards, ends = np.zeros((n, *self._reward_shape)), np.zeros((2, n), dtype=np.bool_)
         told: list[Part] = []
         if len(which):
-            observations, rewards[which], *ended, columns, films = self.episodes.step(
+            observations, rewards[which], *ended, columns, films, finals = self.episodes.step(
                 which, batch[which], lambda: self._generators_of(which)
             )
             self._observations[which], ends[:, which] = observations, ended
             for i, film in zip(which, films, strict=True):
                 self._seen[i].append(film)
-            told.append((which, dict(columns)))
+            last = np.flatnonzero(ends.any(axis=0))
+            told += [(which, dict(columns)), (last, dict(finals))]
         is_over = ends[0] | ends[1]
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             told = self._told_finally(is_over, told)
@@ -207,12 +208,12 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def _told_finally(self, is_over: NDArray[np.bool_], told: list[Part]) -> list[Part]:
         """Return what is told of all, with what is told of those that are over under final_info."""
-        [(_, columns)] = told
+        [(_, columns), (_, finals)] = told
         going, over = np.flatnonzero(~is_over), np.flatnonzero(is_over)
         last = np.empty(len(over), dtype=object)
         for k, i in enumerate(over):
             last[k] = self._observations[i].copy()
-        rows = {key: column[over] for key, column in columns.items()}
+        rows = {key: column[over] for key, column in columns.items()} | finals
         kept = {key: column[going] for key, column in columns.items()}
         return [(going, kept), (over, {"final_obs": last, "final_info": rows})]
 
@@ -290,8 +291,6 @@ class SoftVoxVectorEnv(NativeVectorEnv):
         threads: int | None = None,
         from_table: bool = False,
     ) -> None:
-        if threads is not None:
-            check_count("threads", threads, least=1)
         self.evaluator = Evaluator(
             shape,
             physics,

@@ -1,4 +1,4 @@
-"""Gymnasium wrappers that make an environment noisy, and that average the noise out.
+"""Gymnasium wrappers that make an environment noisy, that average the noise out, and that film.
 
 Those for vector environments are in `softvox_gym.wrappers.vector`, under the same names. The same
 seed gives the same noise in both: environment i of a vector that was reset with ``seed`` draws what
@@ -12,7 +12,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
-from gymnasium.wrappers import RecordVideo
+from gymnasium.wrappers import RecordVideo, TransformAction
 from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import Action
@@ -23,10 +23,19 @@ from softvox_gym.wrappers.steps import (
     ResampleStep,
     Wrapping,
     is_noisy,
+    numbered,
     silent,
 )
 
-__all__ = ["FitnessNoise", "JakobiNoise", "RecordWalk", "Resample", "is_noisy", "silent"]
+__all__ = [
+    "DiscreteAction",
+    "FitnessNoise",
+    "JakobiNoise",
+    "RecordWalk",
+    "Resample",
+    "is_noisy",
+    "silent",
+]
 
 Env = gym.Env[Observation, NDArray[np.int64]]
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
@@ -60,6 +69,35 @@ class RecordWalk(RecordVideo):
     def _capture_frame(self) -> None:
         pictures: Any = self.env.render()
         self.recorded_frames += pictures
+
+
+class DiscreteAction(TransformAction[Any, Any, Any], RecordConstructorArgs):
+    """Takes a design by its number: ``Discrete(6561)`` on the 2x2x2 lattice.
+
+    Parameters
+    ----------
+    env : gym.Env
+        Whose action is a row of digits, ``MultiDiscrete``; the number's are these, lowest first.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For other actions, or more of them than int64 counts (a lattice of 40 sites); by `step` for
+        a number that is none of these.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> from softvox_gym.wrappers import DiscreteAction
+    >>> env = DiscreteAction(gym.make("SoftVox2x2x2-v0"))
+    >>> _ = env.reset(seed=0)
+    >>> print(env.action_space, round(env.step(6453)[1], 2))
+    Discrete(6561) 4.66
+    """
+
+    def __init__(self, env: gym.Env[Any, Any]) -> None:
+        RecordConstructorArgs.__init__(self)  # first, so that the spec knows no function
+        TransformAction.__init__(self, env, *numbered(env.action_space))
 
 
 class _Wrapper(

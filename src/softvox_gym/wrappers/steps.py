@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from math import prod
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.envs.evaluator import Action, Evaluator
 from softvox_gym.evaluation import MOST_TRIALS, aggregate_of, measure, standard_error
@@ -138,6 +142,39 @@ class MeasuredStep(Wrapping):
         rewards = values.mean(axis=1) if is_each else values[:, 0]
         fitness = np.where(infos["diverged"], infos["fitness"], rewards)
         return rewards, {"fitness": fitness, **({"values": values} if is_each else {})}
+
+
+def numbered(
+    space: gym.Space[Any],
+) -> tuple[Callable[[ArrayLike], Action], spaces.Discrete]:
+    """Return what turns numbers into the digits of a space, lowest first, and the numbers' space.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For a space that is no row of digits, or has more actions than int64 counts.
+    """
+    if not isinstance(space, spaces.MultiDiscrete) or space.nvec.ndim != 1:
+        raise TypeError(f"DiscreteAction needs a MultiDiscrete action of one row, got {space}")
+    bases = [int(base) for base in space.nvec]
+    if (n := prod(bases)) > np.iinfo(np.int64).max:
+        raise ValueError(
+            f"DiscreteAction needs an action space that int64 counts, of at most 39 sites with "
+            f"three digits; {len(bases)} are more"
+        )
+    weights = np.cumprod([1, *bases[:-1]], dtype=np.int64)
+    return partial(_digits, weights, np.array(bases)), spaces.Discrete(n)
+
+
+def _digits(weights: NDArray[np.int64], bases: NDArray[np.int64], numbers: ArrayLike) -> Action:
+    """Return the digits of numbers, keeping what is asked of the step."""
+    asked = Action.of(numbers)
+    n = prod(bases.tolist())
+    if asked.dtype.kind not in "iu" or (asked.size and not 0 <= asked.min() <= asked.max() < n):
+        raise ValueError(
+            f"an action must be a whole number from 0 to {n - 1}, got {asked.tolist()!r}"
+        )
+    return Action.of(asked[..., np.newaxis].astype(np.int64) // weights % bases)
 
 
 def evaluator_of(env: Any, wrapper: str) -> Evaluator:

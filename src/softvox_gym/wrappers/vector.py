@@ -20,15 +20,31 @@ from typing import Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.wrappers.vector import TransformAction
 from numpy.typing import NDArray
 
 from softvox_gym.envs.evaluator import Action
 from softvox_gym.envs.vector import Batch, batched
-from softvox_gym.wrappers.steps import JakobiStep, MeasuredStep, ResampleStep, Wrapping, is_noisy
+from softvox_gym.wrappers.steps import (
+    JakobiStep,
+    MeasuredStep,
+    ResampleStep,
+    Wrapping,
+    is_noisy,
+    numbered,
+)
 
-__all__ = ["FitnessNoise", "JakobiNoise", "Resample", "is_noisy"]
+__all__ = ["DiscreteAction", "FitnessNoise", "JakobiNoise", "Resample", "is_noisy"]
 
 Env = VectorEnv[NDArray[np.float64], NDArray[np.int64], NDArray[Any]]
+
+
+class DiscreteAction(TransformAction):
+    """`softvox_gym.wrappers.DiscreteAction` for a vector, ``DiscreteAction(env)``."""
+
+    def __init__(self, env: Env) -> None:
+        func, space = numbered(env.single_action_space)
+        super().__init__(env, func, single_action_space=space)
 
 
 class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since Gymnasium 1.3

@@ -1,0 +1,151 @@
+"""Stable-Baselines3 on this package's vector environments; needs the extra ``learn``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.wrappers.vector import DictInfoToList
+from numpy.typing import NDArray
+
+from softvox_gym.envs.single import plain
+from softvox_gym.wrappers.steps import chain
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        "softvox_gym.sb3 needs stable-baselines3: pip install 'softvox-gym[learn]'", name=error.name
+    ) from None
+
+Indices = None | int | Iterable[int]
+
+
+class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not installed
+    """A vector environment of this package as Stable-Baselines3 takes one.
+
+    It returns what a `DummyVecEnv` of single environments does, whose whole batch is simulated at
+    once. Around it Stable-Baselines3's own wrappers fit, as `VecMonitor`, which logs episodes; in
+    it those of `softvox_gym.wrappers.vector` and of `gymnasium.wrappers.vector`.
+
+    Parameters
+    ----------
+    envs : VectorEnv
+        Made with ``autoreset_mode="Disabled"``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no vector environment, or resets itself.
+
+    Examples
+    --------
+    >>> import gymnasium as gym
+    >>> import softvox_gym
+    >>> from softvox_gym.sb3 import SB3VecEnv
+    >>> envs = gym.make_vec("SoftVox2x2x2-v0", num_envs=2, autoreset_mode="Disabled")
+    >>> env = SB3VecEnv(envs)
+    >>> _ = env.seed(0), env.reset()
+    >>> _, rewards, _, infos = env.step([[0, 0, 0, 2, 1, 2, 2, 2], [2] * 8])
+    >>> print(rewards.round(2), infos[0]["design"])
+    [4.66 0.01] 6453
+    """
+
+    def __init__(self, envs: VectorEnv[Any, Any, Any]) -> None:
+        if not isinstance(envs, VectorEnv):
+            raise TypeError(f"envs must be a vector environment, of gym.make_vec, got {envs}")
+        if envs.metadata.get("autoreset_mode") is not AutoresetMode.DISABLED:
+            raise ValueError(
+                "SB3VecEnv resets what is over itself; make the environments with "
+                'gym.make_vec(..., autoreset_mode="Disabled")'
+            )
+        self.envs: Any = DictInfoToList(envs)  # whose type knows no seed for each environment
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+        self.metadata = envs.metadata
+
+    def reset(self) -> Any:
+        """Start all episodes, with the seeds and options that were set; return observations."""
+        options = self._options[0]
+        if any(other != options for other in self._options):
+            raise ValueError("options must be the same for all environments")
+        observations, infos = self.envs.reset(seed=list(self._seeds), options=options or None)
+        self.reset_infos = [_plain(info) for info in infos]
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Take the actions of the next step."""
+        self.actions = actions
+
+    def step_wait(
+        self,
+    ) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
+        """Make the step, and reset what is over; return observations, rewards, dones, infos."""
+        observations, rewards, terminated, truncated, told = self.envs.step(self.actions)
+        infos, dones = [_plain(info) for info in told], terminated | truncated
+        for i, info in enumerate(infos):
+            info["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
+            if dones[i]:
+                info["terminal_observation"] = observations[i].copy()
+        if dones.any():
+            observations, begun = self.envs.reset(options={"reset_mask": dones})
+            for i in np.flatnonzero(dones).tolist():
+                self.reset_infos[i] = _plain(begun[i])
+        return observations, rewards.astype(np.float32), dones, infos
+
+    def close(self) -> None:
+        """Close the environments."""
+        self.envs.close()
+
+    def get_images(self) -> list[NDArray[np.uint8] | None]:
+        """Return the picture of every environment."""
+        pictures: Any = self.envs.render() if self.render_mode == "rgb_array" else None
+        return list(pictures or [None] * self.num_envs)
+
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
+        """Return what each environment has under a name: its own of a tuple, or what all have."""
+        value = getattr(self._owner(attr_name), attr_name)
+        return self._dealt(value, indices, of=(tuple,))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
+        """Set an attribute of the vector environment; ValueError for some of them only."""
+        if len(set(self._get_indices(indices))) < self.num_envs:
+            raise ValueError(f"{attr_name} is one for the whole batch: leave out indices")
+        setattr(self._owner(attr_name, self.envs.unwrapped), attr_name, value)
+
+    def env_method(
+        self, method_name: str, *args: Any, indices: Indices = None, **options: Any
+    ) -> list[Any]:
+        """Call a method of the vector environment once; return the answer of each environment.
+
+        Where it does not answer with one for each, its answer is that of all.
+        """
+        answer = getattr(self._owner(method_name), method_name)(*args, **options)
+        return self._dealt(answer, indices, of=(tuple, list, np.ndarray))
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:
+        """Return for each environment whether the vector is in such a wrapper."""
+        is_wrapped = any(isinstance(link, wrapper_class) for link in chain(self.envs.env))
+        return [is_wrapped for _ in self._get_indices(indices)]
+
+    def _dealt(self, value: Any, indices: Indices, *, of: tuple[type[Any], ...]) -> list[Any]:
+        """Return each environment's own where there is one for each of them."""
+        is_each = isinstance(value, of) and len(value) == self.num_envs
+        return [value[i] if is_each else value for i in self._get_indices(indices)]
+
+    def _owner(self, name: str, otherwise: Any = None) -> Any:
+        """Return the outermost of the vector environment and its wrappers that has a name."""
+        for link in chain(self.envs.env):
+            if hasattr(link, name):
+                return link
+        if otherwise is None:
+            raise AttributeError(f"{self.envs.env} has no attribute {name!r}", name=name)
+        return otherwise
+
+
+def _plain(info: dict[str, Any]) -> dict[str, Any]:
+    """Return an info with Python's numbers, as a single environment has it."""
+    return {key: plain(value) for key, value in info.items()}
