@@ -324,6 +324,38 @@ def test_a_state_of_another_shape_is_refused():
         run.resume(state)
 
 
+def test_some_taken_go_on_to_the_bit_and_leave_the_others_alone():
+    sim = Simulation(DESIGNS, SHORT)
+    sim.advance(cycles=1)
+    some = sim.take([4, 0, 0])
+    assert some.designs.tolist() == sim.designs[[4, 0, 0]].tolist()
+    assert to_the_end(some) == whole([6560, 6453, 6453])
+    assert to_the_end(sim) == whole()
+    again = sim.take(range(7))
+    assert again.ended.all()
+    assert again.displacement.tobytes() == whole()
+
+
+def test_what_is_taken_keeps_its_own_physics_and_actuation():
+    n = len(DESIGNS)
+    physics = replace(SHORT, gravity=-np.linspace(5, 10, n), frequency_hz=np.linspace(4, 5, n))
+    strain = np.full((n, 2, 2, 2), 0.1)
+    sim = Simulation(DESIGNS, physics)
+    sim.advance(cycles=0.5, strain=strain)
+    some = sim.take([5, 0, 4])  # three numbers of gravity, and no vector
+    for each in (sim, some):
+        each.advance(cycles=0.7)
+        each.advance(until=np.inf)
+    assert some.displacement.tobytes() == sim.displacement[[5, 0, 4]].tobytes()
+    assert (some.fitness[1:] > 0).all()
+
+
+def test_what_is_not_there_cannot_be_taken():
+    sim = Simulation(DESIGNS, SHORT)
+    with pytest.raises(IndexError):
+        sim.take([7])
+
+
 def test_the_designs_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         Simulation([6453]).designs[0] = 1

@@ -1,17 +1,22 @@
 """Draw the committed pictures anew that are made of figures.
 
 Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
-and of baselines/*/report.md, with these pages, from the tables of the committed comparisons.
+of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
+films of docs/environments/control.md and growth.md.
 """
 
 import io
 from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
 from PIL import Image
 
 from softvox_gym.files import write_file
+from softvox_gym.rendering import Stage, Walk
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
+from softvox_view.encode import film
 from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
 
 ROOT = Path(__file__).parents[1]
@@ -41,6 +46,17 @@ def draw_docs() -> None:
             write_file(ROOT / "docs" / name, smaller(content), force=True)
 
 
+def draw_growth() -> None:
+    """Film the best design as it grows and walks, every third picture."""
+    env = gym.make("SoftVoxGrow2x2x2-v0", render_mode="rgb_array_list")
+    env.reset(seed=0)
+    for digit in (0, 0, 0, 2, 1, 2, 2, 2):
+        env.step(digit)
+    pictures = [np.asarray(Image.fromarray(p).resize((240, 180))) for p in env.render()[::3]]
+    content = film(".gif", pictures, (240, 180), fps=25 / 3)
+    write_file(ROOT / "docs/environments/growth.gif", content, force=True)
+
+
 def draw_baselines() -> None:
     """Draw the figures of the committed comparisons, and write their pages, as their reports do."""
     for name in BASELINES:
@@ -57,9 +73,31 @@ def draw_baselines() -> None:
         write_file(folder / "report.md", content, force=True)
 
 
+def draw_control() -> None:
+    """Film the full cube as docs/environments/control.md controls it, in real time."""
+    gait = np.array([[1, 0], [1, 1], [0, 1], [0, 1]])[:, [0, 1] * 4]
+    env = gym.make(
+        "SoftVoxControl-v0", design=6560, interval=0.25, render_mode="rgb_array_list"
+    ).unwrapped
+    env.reset(seed=0)
+    for step in range(env.episodes.steps):
+        env.step(gait[step % 4] * env.action_space.high)
+    seen = env._seen[1:]
+    path, poses = np.array(seen[-1].path), [pose for step in seen for pose in step.poses]
+    size = (384, 288)
+    # All of the way is known now, so the camera can stand still: a smaller file.
+    stage = Stage([Walk(seen[0].stand, path)], width=size[0], height=size[1])
+    first = len(path) - len(poses)
+    every = range(0, len(poses), 4)  # of 50 per second
+    content = film(".gif", (stage.picture([poses[k]], [first + k]) for k in every), size, 12.5)
+    write_file(ROOT / "docs" / "environments" / "control.gif", content, force=True)
+
+
 def main() -> None:
     """Draw all."""
     draw_docs()
+    draw_control()
+    draw_growth()
     draw_baselines()
 
 

@@ -106,7 +106,7 @@ class Evolutionary(SearcherBase):
     ) -> None:
         super().__init__(space, rng)
         check_count("population", population, least=least)
-        _check_share("crossover", crossover)
+        check_share("crossover", crossover)
         self.population: list[Individual] = []
         self.toolbox: Any = base.Toolbox()
         self.toolbox.register("clone", Individual.clone)
@@ -193,11 +193,12 @@ class Evolutionary(SearcherBase):
 def mutation_rate(mutation: float | None, space: Lattice) -> float:
     """Return the probability of a digit to change; one in so many as there are sites where None."""
     rate = 1 / space.sites if mutation is None else mutation
-    _check_share("mutation", rate)
+    check_share("mutation", rate)
     return rate
 
 
-def _check_share(name: str, value: float) -> None:
+def check_share(name: str, value: float) -> None:
+    """Raise TypeError or ValueError for what is no number from 0 to 1."""
     if not_negative(name, value) > 1:
         raise ValueError(f"{name} must be from 0 to 1, got {value!r}")
 

@@ -282,7 +282,7 @@ class Oracle:
             if np.ndim(rewards) != 1:
                 raise ValueError(
                     f"{env} gave a vector for each reward, and an oracle tells one number: make it "
-                    "without objectives, or a wrapper that weighs them"
+                    "without objectives, or with a wrapper that weighs them"
                 )
             if np.isnan(rewards).any():
                 raise ValueError(f"{env} gave a reward of NaN; a diverged design is worth 0")

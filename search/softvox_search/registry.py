@@ -49,6 +49,7 @@ SEARCHERS: Mapping[str, Entry] = {
     "ga": Entry("genetic:GeneticAlgorithm"),
     "mu_plus_lambda": Entry("mu_plus_lambda:MuPlusLambda"),
     "afpo": Entry("afpo:Afpo"),
+    "cppn": Entry("cppn:Cppn"),
     "nsga2": Entry("nsga2:Nsga2"),
     "map_elites": Entry("map_elites:MapElites"),
     "tpe": Entry("tpe:Tpe"),

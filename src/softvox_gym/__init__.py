@@ -67,10 +67,8 @@ _register("SoftVox4x4x4-v0", shape=[4, 4, 4])
 _register(TABLE_ENV_ID, from_table=True)
 _register("SoftVoxControl-v0", "control:SoftVoxControlEnv", "control:SoftVoxControlVectorEnv")
 
-for _name, _options in (
-    ("SoftVoxGrow-v0", {}),
-    ("SoftVoxGrow2x2x2-v0", {"shape": [2, 2, 2]}),
-    ("SoftVoxGrow3x3x3-v0", {"shape": [3, 3, 3]}),
-    ("SoftVoxGrow4x4x4-v0", {"shape": [4, 4, 4]}),
-):
-    _register(_name, "growth:SoftVoxGrowEnv", "growth:SoftVoxGrowVectorEnv", **_options)
+_GROWTH = ("growth:SoftVoxGrowEnv", "growth:SoftVoxGrowVectorEnv")
+_register("SoftVoxGrow-v0", *_GROWTH)
+_register("SoftVoxGrow2x2x2-v0", *_GROWTH, shape=[2, 2, 2])
+_register("SoftVoxGrow3x3x3-v0", *_GROWTH, shape=[3, 3, 3])
+_register("SoftVoxGrow4x4x4-v0", *_GROWTH, shape=[4, 4, 4])

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import entry_points
 from operator import index as as_index
+from os import PathLike
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softvox_gym import design_files
 from softvox_gym.lattice import Lattice, number_of
 
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
@@ -102,6 +105,49 @@ class Design:
     def _repr_html_(self) -> str | None:
         """Return what a notebook shows: the robot as built, and its facts."""
         return as_html(self)
+
+    @classmethod
+    def load(
+        cls, path: str | PathLike[str], *, materials: Mapping[int, int] | None = None
+    ) -> Design:
+        """Read a design from a file.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .json, as `save` writes it, or .vxa, VoxCad's: of that the body alone is read.
+        materials : dict of int to int, optional
+            Of a .vxa: the digit that each material's number stands for, before its palette, where
+            a material with a coefficient of thermal expansion (CTE) other than 0 is active.
+
+        Raises
+        ------
+        ValueError
+            For a file that holds no design; the message begins with its name.
+        OSError
+            For one that can't be read.
+        """
+        return cls(design_files.load(Path(path), materials=materials))
+
+    def save(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Write the design into a file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .json, or in .vxa for VoxCad: that has the body, and two materials of which one
+            expands with temperature, but no mechanics.
+        force : bool
+            Whether a file that exists is replaced.
+
+        Raises
+        ------
+        ValueError
+            For another ending.
+        softvox_gym.files.OutputError
+            Where the file can't be written, or exists.
+        """
+        design_files.save(Path(path), self.array, force=force)
 
     @property
     def shape(self) -> tuple[int, int, int]:

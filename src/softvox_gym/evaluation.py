@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from softvox_gym.cluster import evaluate_on
 from softvox_gym.design import stack_of
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
@@ -207,8 +208,9 @@ def evaluate(
     frames: int = 0,
     threads: int | None = None,
     isa: str | None = None,
+    client: Any = None,
 ) -> Evaluation:
-    """Try designs, all trials in one crossing into C.
+    """Try designs, all trials in one crossing into C, or on the workers of a cluster.
 
     Parameters
     ----------
@@ -238,6 +240,9 @@ def evaluate(
         "actuators", "energy", "straightness", "stability" and "heading".
     frames, threads, isa
         As `simulate` takes them; the frames are those of `Evaluation.result`.
+    client : object, optional
+        A `distributed.Client`, or whatever has submit and gather: workers of its cluster do it in
+        chunks, on one thread each, to the same bits. Generators must then differ.
 
     Returns
     -------
@@ -247,6 +252,8 @@ def evaluate(
     ------
     TypeError, ValueError
         For designs or arguments that do not fit, naming the argument. Nothing was drawn then.
+    RuntimeError
+        Where a worker's engine gives other bits.
 
     Examples
     --------
@@ -271,6 +278,23 @@ def evaluate(
     asked = () if objectives is None else tuple(one.name for one in objectives_of(objectives))
     perturbations = _perturbations(perturbations)
     generators = _generators(seed, len(stack)) if perturbations or seed is not None else []
+    if client is not None and len(stack):
+        on_cluster: Evaluation = evaluate_on(
+            client,
+            evaluate,
+            stack,
+            generators if perturbations else [],
+            reality=reality,
+            task=task,
+            perturbations=perturbations,
+            trials=trials,
+            aggregate=aggregate,
+            objectives=objectives,
+            frames=frames,
+            threads=threads,
+            isa=isa,
+        )
+        return on_cluster
     samples = sample_count(reality.physics, SAMPLES_PER_CYCLE)
     options: Any = {"track": SAMPLES_PER_CYCLE, "frames": frames, "threads": threads, "isa": isa}
     options["energy"] = "energy" in asked

@@ -255,7 +255,9 @@ class Simulation:
     @property
     def diverged(self) -> NDArray[np.bool_]:
         """Which designs have diverged so far, shape (n,)."""
-        clock = self._clock
+        return self._lost(self._clock)
+
+    def _lost(self, clock: NDArray[np.float64]) -> NDArray[np.bool_]:
         centre = clock[:, _CENTRE]
         there = self.designs.any(axis=(1, 2, 3))
         lost = there & ~np.isfinite(centre).all(axis=1)
@@ -274,7 +276,7 @@ class Simulation:
         moved[~self.designs.any(axis=(1, 2, 3))] = 0.0
         with np.errstate(over="ignore"):
             far = ~np.isfinite(moved[:, 0] ** 2 + moved[:, 1] ** 2)
-        moved[far | self.diverged] = np.nan
+        moved[far | self._lost(clock)] = np.nan
         return moved
 
     @property
@@ -306,8 +308,8 @@ class Simulation:
         """Return all that is needed to go on: designs, physics, actuation and state."""
         about = {"engine": engine_probe(), "physics": self.physics.to_dict()}
         buffer = io.BytesIO()
-        steered = np.array(self._steered)
-        np.savez(buffer, about=np.array(json.dumps(about)), steered=steered, **self._kept())
+        arrays: dict[str, Any] = {"steered": np.array(self._steered), **self._kept()}
+        np.savez(buffer, about=np.array(json.dumps(about)), **arrays)
         return sealed(MAGIC, buffer.getvalue())
 
     @classmethod

@@ -169,7 +169,7 @@ class Stage:
         self.width, self.height, self.boxes = width, height, boxes
         self.look_at, self.distance = look_at, distance
         self.elevation = math.radians(elevation)
-        self.heading = _heading(self.walks)
+        self.heading = _heading(self.walks, AZIMUTH if azimuth is None else azimuth)
         self.azimuth = self.heading - math.pi / 2 if azimuth is None else math.radians(azimuth)
         self.camera = np.zeros((3, 4))
         self._backdrops: dict[bytes, Array] = {}  # the last, which serves while the camera stands
@@ -433,12 +433,12 @@ def _check_view(
         raise ValueError(f"elevation must be above 0 and at most 90 degrees, not {elevation}")
 
 
-def _heading(walks: Sequence[Walk]) -> float:
+def _heading(walks: Sequence[Walk], azimuth: float = AZIMUTH) -> float:
     """Return the direction of the first walk, radians; of one that leads nowhere, to the right."""
     if walks and math.hypot(*walks[0].way.tolist()) >= NOWHERE:
         x, y = walks[0].way.tolist()
         return math.atan2(y, x)
-    return math.radians(AZIMUTH) + math.pi / 2
+    return math.radians(azimuth) + math.pi / 2
 
 
 def _light(azimuth: float) -> Array:

@@ -114,7 +114,8 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
         """Set an attribute of the vector environment; ValueError for some of them only."""
         if len(set(self._get_indices(indices))) < self.num_envs:
             raise ValueError(f"{attr_name} is one for the whole batch: leave out indices")
-        setattr(self._owner(attr_name, self.envs.unwrapped), attr_name, value)
+        has = self.has_attr(attr_name)
+        setattr(self._owner(attr_name) if has else self.envs.unwrapped, attr_name, value)
 
     def env_method(
         self, method_name: str, *args: Any, indices: Indices = None, **options: Any
@@ -136,14 +137,12 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
         is_each = isinstance(value, of) and len(value) == self.num_envs
         return [value[i] if is_each else value for i in self._get_indices(indices)]
 
-    def _owner(self, name: str, otherwise: Any = None) -> Any:
+    def _owner(self, name: str) -> Any:
         """Return the outermost of the vector environment and its wrappers that has a name."""
         for link in chain(self.envs.env):
             if hasattr(link, name):
                 return link
-        if otherwise is None:
-            raise AttributeError(f"{self.envs.env} has no attribute {name!r}", name=name)
-        return otherwise
+        raise AttributeError(f"{self.envs.env} has no attribute {name!r}", name=name)
 
 
 def _plain(info: dict[str, Any]) -> dict[str, Any]:

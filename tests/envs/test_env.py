@@ -100,7 +100,7 @@ def test_the_spec_survives_json_and_makes_the_same_environment(physics):
     assert json.loads(env.spec.to_json())["kwargs"]["physics"] == physics
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", [*IDS, "SoftVoxControl-v0"])
 def test_every_registered_spec_survives_json(name):
     spec = gym.spec(name)
     assert EnvSpec.from_json(spec.to_json()) == spec

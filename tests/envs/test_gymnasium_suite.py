@@ -19,16 +19,17 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics as RecordVectorEpi
 
 import softvox_gym
 
+CONTROL = "SoftVoxControl-v0"
 IDS = [softvox_gym.ENV_ID, "SoftVox3x3x3-v0", "SoftVoxGrow2x2x2-v0"]
 VECTORISERS = ["sync", "async", "vector_entry_point"]
 
-# Processes take seconds to begin: all ids, but not each in every way.
+# Processes take seconds to begin: all ids but control's, and not each in every way.
 BEGIN = [(name, mode) for name in IDS for mode in VECTORISERS if (name, mode) != (IDS[1], "async")]
 STEP = [(IDS[0], shared, mode) for shared in (True, False) for mode in ("NextStep", "SameStep")]
 STEP += [(IDS[1], True, "SameStep"), (IDS[2], True, "NextStep"), (IDS[2], False, "SameStep")]
 
 
-@pytest.fixture(params=IDS)
+@pytest.fixture(params=[*IDS, CONTROL])
 def spec(request):
     return gym.spec(request.param)
 
@@ -40,6 +41,15 @@ def action_of(env):
 
 def is_growth(env):
     return "Grow" in env.spec.id
+
+
+def played(env):
+    """Play an episode; return what its last step gave."""
+    env.reset(seed=0)
+    while True:
+        step = env.step(action_of(env))
+        if np.any(step[2] | step[3]):
+            return step
 
 
 def test_the_registered_spec_is_deterministic_and_versioned(spec):
@@ -63,7 +73,7 @@ def test_a_rollout_is_deterministic(spec):
         assert data_equivalence(ours, theirs)
         assert ours[0] in first.observation_space
         assert isinstance(ours[2], bool)
-        if ours[2]:
+        if ours[2] or ours[3]:
             assert data_equivalence(first.reset(seed=0), second.reset(seed=0))
 
 
@@ -88,10 +98,13 @@ def test_a_list_of_frames_shows_the_walk_and_each_once(spec):
     assert env.render() == []
     over, shown = False, 0
     while not over:
-        over = env.step(np.ones(env.action_space.shape, np.int64))[2]
-        shown += len(env.render())
+        action = np.ones(env.action_space.shape, env.action_space.dtype)
+        if spec.id == CONTROL:
+            action *= env.action_space.high
+        _, _, terminated, truncated, _ = env.step(action)
+        over, shown = terminated or truncated, shown + len(env.render())
     # 0.25 s at half speed, 25 per second; before that 0.2 s after each voxel but the last
-    assert shown == (7 * 5 + 13 if is_growth(env) else 13)
+    assert shown == (7 * 5 + 13 if is_growth(env) else 12 if spec.id == CONTROL else 13)
     env.reset()
     np.testing.assert_array_equal(env.render(), floor)
 
@@ -146,7 +159,7 @@ def test_one_environment_in_a_batch_equals_a_single_one(spec):
         for i in range(4):
             assert np.array_equal(single[i], batch[i][0])
         assert_row(single[4], batch[4])
-        over = single[2]
+        over = single[2] or single[3]
 
 
 def assert_row(info, infos):
@@ -156,11 +169,7 @@ def assert_row(info, infos):
 
 
 def test_the_usual_wrappers_fit(spec):
-    env = TimeLimit(RecordEpisodeStatistics(spec.make()), 8)
-    envs = RecordVectorEpisodeStatistics(gym.make_vec(spec, 2))
-    for each in (env, envs):
-        each.reset(seed=0)
-        info = {}
-        while "episode" not in info:
-            *_, info = each.step(action_of(each))
-        assert info["episode"]["r"] == pytest.approx(info["fitness"])
+    *_, info = played(TimeLimit(RecordEpisodeStatistics(spec.make()), 50))
+    assert info["episode"]["r"] == pytest.approx(info["fitness"])
+    *_, infos = played(RecordVectorEpisodeStatistics(gym.make_vec(spec, 2)))
+    assert infos["episode"]["r"] == pytest.approx(infos["fitness"])

@@ -124,9 +124,8 @@ def run_here(experiment, folder, **options):
             experiment,
             folder,
             command=COMMAND,
-            progress=lambda *_: None,
             say=said.append,
-            **options,
+            **{"progress": lambda *_: None, **options},
         )
     finally:
         comparing.do_all = before

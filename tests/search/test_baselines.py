@@ -14,10 +14,10 @@ from softvox_search.report import page as searchers
 from softvox_search.report import text, transfer
 
 BASELINES = Path(__file__).parents[2] / "baselines"
-NAMES = ("noise_free", "noise", "transfer")
+NAMES = ("noise_free", "noise", "transfer", "lattices")
 
 #: Every so many cells, of which one run is done again.
-CELLS_APART = {"noise_free": 1, "noise": 19, "transfer": 7}
+CELLS_APART = {"noise_free": 1, "noise": 19, "transfer": 7, "lattices": 15}
 
 #: Methods that simulate for long, or need what the tests don't.
 COSTLY = ("eea", "domain_randomisation", "simopt", "npe", "mfbo")

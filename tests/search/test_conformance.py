@@ -13,7 +13,7 @@ from softvox_search.protocol import SearcherBase, SearcherError
 from softvox_search.registry import SEARCHERS, make
 
 #: Evaluations of a run where 200 would take long.
-FEW = {"tpe": 30, "nevergrad": 25}
+FEW = {"tpe": 30, "nevergrad": 25, "cppn": 70}
 
 ALL_SWITCHES = Policy(
     running_mean=True, reevaluate_parents=True, final_stage=True, finalists=4, resamples=3

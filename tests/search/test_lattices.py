@@ -17,7 +17,7 @@ from softvox_search.run import run
 SHAPES = [Lattice(3, 3, 3), Lattice(4, 4, 4), Lattice(3, 2, 1)]
 
 #: Evaluations of what takes long.
-FEW = {"tpe": 30, "nevergrad": 60}
+FEW = {"tpe": 30, "nevergrad": 60, "cppn": 100}
 
 
 @pytest.mark.parametrize("space", SHAPES, ids=str)

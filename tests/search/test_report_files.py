@@ -421,3 +421,5 @@ def test_a_comparison_on_larger_lattices_alone_is_reported(tmp_path):
     page = files["report.md"].decode()
     assert "the best that any run was told" in page
     assert "\n## Best fitness over time\n" in page
+    assert "\n## Hypervolume\n" in page
+    assert "figures/hypervolume.png" in files

@@ -14,6 +14,7 @@ from softvox_search.report.curves import (
     ecdf,
     finished,
     first_at,
+    hypervolume,
     improvements,
     positions,
     targets,
@@ -299,6 +300,45 @@ def test_where_no_optimum_is_known_the_best_found_so_far_counts():
     assert (row["fitness"], row["successes"], row["ert"]) == (4.0, 1, 6.0)
     assert np.isnan(row["designs"])
     assert set(rows_of(found["fixed_budget"], searcher="b")["success"]) == {0.0}
+
+
+def test_the_hypervolume_is_that_worked_out_by_hand():
+    """On four sites, the best of at most 1, 2, 3, 4 voxels, in turn: their mean is the volume."""
+    at, voxels = np.arange(1, 7), np.array([2, 3, 2, 4, 1, 0])
+    fitness = np.array([1.0, 3.0, 0.5, 2.0, 2.0, 0.0])
+    curve = hypervolume(at, fitness, voxels, 4)
+    assert list(curve.at) == [1, 2, 5]  # 0, 1, 1, 1; then 0, 1, 3, 3; then 2, 2, 3, 3
+    assert list(curve.fitness) == [0.75, 1.75, 2.5]
+    none = hypervolume(at[:1], np.zeros(1), np.array([4]), 4)
+    assert (len(none.at), best([none], at)[0, -1]) == (0, 0.0)
+
+
+def test_the_hypervolume_is_the_area_that_counting_points_gives():
+    rng = np.random.default_rng(14)
+    fitness, voxels = rng.integers(0, 20, size=30).astype(float), rng.integers(28, size=30)
+    points = [(f, v) for f in range(20) for v in range(1, 28)]  # of unit squares up to (0, 28)
+    covered = sum(any((fitness > f) & (voxels <= v)) for f, v in points)
+    assert hypervolume(np.arange(30), fitness, voxels, 27).fitness[-1] == pytest.approx(
+        covered / 27
+    )
+
+
+@pytest.mark.parametrize(
+    ("shape", "designs"),
+    [((3, 3, 3), [0, 2, 3**26 + 1]), ((4, 4, 4), ["0" * 64, "2" + "0" * 63, "10" * 2 + "0" * 60])],
+)
+def test_hypervolume_counts_voxels_of_numbers_and_of_digits(shape, designs):
+    designs = np.array(designs, dtype=object)
+    found = made(
+        run(0, "a", designs, shape=shape, fitness=[0.0, 1.0, 2.0]),
+        run(1, "a", designs[:1], shape=shape, fitness=[0.0]),
+        run(2, "b", [BEST]),
+    )["hypervolume"]
+    sites, rows = np.prod(shape), rows_of(found, shape="x".join(map(str, shape)))
+    assert len(rows) == len(found)  # of 2x2x2 the optimum is known
+    assert list(rows["unique"]) == [1, 2, 3]
+    assert list(rows["iqm"]) == [0.0, 0.5, pytest.approx((2 * sites - 1) / sites / 2)]
+    assert list(rows["reached"]) == [1.0, 0.5, 0.5]
 
 
 def test_designs_of_any_size_can_be_recommended_where_nothing_is_known():

@@ -44,6 +44,20 @@ def test_record_walk_films_the_way_from_the_start(tmp_path):
     assert len(read_film(second).pictures) == 1
 
 
+def test_record_walk_films_every_step_of_a_controlled_robot(tmp_path):
+    physics = {"preset": "published", "duration": 0.75}
+    bare = gym.make("SoftVoxControl-v0", render_mode="rgb_array_list", physics=physics)
+    env = RecordWalk(bare, str(tmp_path / "films"), episode_trigger=lambda episode: True)
+    env.reset(seed=0)
+    for _ in range(2):
+        env.step(env.action_space.high)
+    env.close()
+    [path] = (tmp_path / "films").glob("*.mp4")
+    film = read_film(path)
+    assert film.fps == 25
+    assert len(film.pictures) == 1 + 2 * 13  # as it stands, then two cycles at half their speed
+
+
 def test_record_walk_asks_for_a_list_of_pictures(tmp_path):
     with pytest.raises(ValueError, match="render_mode='rgb_array_list', got 'rgb_array'"):
         RecordWalk(gym.make("SoftVox2x2x2-v0", render_mode="rgb_array"), str(tmp_path))

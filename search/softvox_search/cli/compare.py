@@ -6,6 +6,9 @@ import argparse
 import re
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
@@ -18,7 +21,7 @@ from softvox_search.cli.own_code import look_in, prints_aside
 from softvox_search.cli.results import check_report, make_folder, needs, report, warn, writing
 
 if TYPE_CHECKING:
-    from softvox_search.experiment.compare import Outcome, Part
+    from softvox_search.experiment.compare import DoAll, Outcome, Part
 
 RESULTS = Path("results")
 
@@ -108,6 +111,9 @@ A file with [[methods]] compares transfer methods (softvox_search.transfer):
 On many machines at once, each a part of the runs, then put together:
   softvox compare FILE.toml --part 3/16 --out parts/3
   softvox merge parts/* --out results/all
+or by the workers of a Dask cluster (docs/cluster.md):
+  softvox compare FILE.toml --scheduler tcp://10.0.0.1:8786
+  softvox compare FILE.toml --scheduler slurm --jobs 16
 """
 
 
@@ -129,6 +135,19 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--workers", type=whole_number, metavar="N", help="processes (default: all cores)"
+    )
+    parser.add_argument(
+        "--scheduler",
+        type=scheduler,
+        metavar="WHERE",
+        help="let a Dask cluster do the runs: tcp://HOST:PORT, where its scheduler is; local, "
+        "started here with so many workers; slurm, started in jobs",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=whole_number,
+        metavar="N",
+        help="of --scheduler slurm, each as dask-jobqueue is configured (default: 1)",
     )
     parser.add_argument(
         "--part", type=part, metavar="K/N", help="only the K-th of N parts of the runs, no report"
@@ -154,8 +173,23 @@ def part(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
+def scheduler(text: str) -> str:
+    """Read where a Dask scheduler is."""
+    if text not in ("local", "slurm") and not re.fullmatch(r"\w+://.+", text):
+        raise argparse.ArgumentTypeError(
+            f"must be local, slurm or an address as tcp://10.0.0.1:8786, got {text!r}"
+        )
+    return text
+
+
 def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
+    if args.workers and args.scheduler not in (None, "local"):
+        raise BadInputError(
+            f"--workers is of processes on this machine; those of {args.scheduler} have theirs"
+        )
+    if args.jobs and args.scheduler != "slurm":
+        raise BadInputError("--jobs goes with --scheduler slurm")
     look_in(Path.cwd(), args.file.parent)
     with needs("compare"):
         from softvox_search.experiment.compare import compare
@@ -177,13 +211,19 @@ def run(args: Namespace) -> int:
     elif not folder.is_dir():
         raise BadInputError(f"{folder} is not there, and has no finished runs to do again")
     options = {"part": args.part, "check": args.check}
+    workers = args.workers or default_threads()
     with writing(folder):
-        with prints_aside(), Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress:
+        with (
+            prints_aside(),
+            _cluster(args, experiment, workers) as cluster,
+            Progress(sys.stderr, quiet=args.quiet, unit="runs") as progress,
+        ):
             outcome = compare(
                 experiment,
                 folder,
                 command=_command(args.file),
-                workers=args.workers or default_threads(),
+                workers=workers,
+                cluster=cluster,
                 force=args.force,
                 progress=progress,
                 say=warn,
@@ -195,6 +235,29 @@ def run(args: Namespace) -> int:
     for failed, failure in outcome.failed[:MOST_NAMED]:
         complain("failed", f"run {failure.run[:16]} ({failed}): {failure.error}")
     return 1 if outcome.failed else 0
+
+
+@contextmanager
+def _cluster(args: Namespace, experiment: Any, workers: int) -> Iterator[DoAll | None]:
+    """Yield what does runs on the cluster asked for; None where there is none."""
+    if args.scheduler is None:
+        yield None
+        return
+    from softvox_search.experiment.cluster import connected, do_all
+
+    try:
+        import distributed  # noqa: F401
+
+        if args.scheduler == "slurm":
+            import dask_jobqueue  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise BadInputError(
+            f"--scheduler {args.scheduler} needs {(error.name or '').replace('_', '-')}: "
+            "pip install 'softvox-gym[cluster]'"
+        ) from error
+    folders = [str(folder.resolve()) for folder in (Path.cwd(), args.file.parent)]
+    with connected(args.scheduler, workers=workers, jobs=args.jobs or 1) as client:
+        yield partial(do_all, client=client, experiment=experiment, folders=folders, say=warn)
 
 
 def summary(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import util
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import msgspec
 from softvox_gym.files import write_file
 from softvox_gym.manifest import provenance
 from softvox_search.experiment import results
-from softvox_search.experiment.pool import Done, Failed, do_all
+from softvox_search.experiment.pool import Done, Failed, Task, do_all
 from softvox_search.experiment.results import Manifest, ResultsError, Say
 from softvox_search.experiment.run import identity, made_with
 from softvox_search.experiment.schema import Experiment, Run, UsageError, of_dict
@@ -33,6 +34,9 @@ Part = tuple[int, int]
 AnyRun = Run | TransferTask
 
 Summaries = dict[str, dict[str, Any]]
+
+#: Does runs, and yields each as it is finished.
+DoAll = Callable[[Sequence[Task]], Generator[Done | Failed, None, None]]
 
 
 @dataclass(kw_only=True)
@@ -57,6 +61,7 @@ def compare(
     *,
     command: str,
     workers: int = 1,
+    cluster: DoAll | None = None,
     part: Part | None = None,
     force: bool = False,
     check: bool = False,
@@ -69,6 +74,8 @@ def compare(
 
     Parameters
     ----------
+    cluster : callable, optional
+        Does the runs in place of so many processes, as `pool.do_all` does.
     part : (int, int), optional
         Do only one of so many parts of the runs.
     force : bool
@@ -98,15 +105,16 @@ def compare(
     )
     runs = {identity(run, now.made_with): run for run in experiment.runs()}
     wanted = part_of(list(runs), part)
+    do = cluster or partial(do_all, workers=workers)
     with _open(folder, now, runs, force=force, shared=part is not None, say=say) as before:
         done = results.finished(folder, wanted, say)
         left = {run: runs[run] for run in runs if run in wanted and run not in done}
         outcome = Outcome(total=len(wanted), before=len(done), command=command)
         if left or check:
-            _repeat(folder, {run: runs[run] for run in sorted(done)}, done, workers, outcome)
+            _repeat(folder, {run: runs[run] for run in sorted(done)}, done, do, outcome)
         if check:
             return outcome
-        _do(folder, left, done, workers, outcome, progress)
+        _do(folder, left, done, do, outcome, progress)
         if before is not None:
             now.notes = [*before.notes]
             if before.code != now.code and outcome.before:
@@ -240,7 +248,7 @@ def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | No
 
 
 def _repeat(
-    folder: Path, runs: dict[str, AnyRun], done: Summaries, workers: int, outcome: Outcome
+    folder: Path, runs: dict[str, AnyRun], done: Summaries, do: DoAll, outcome: Outcome
 ) -> None:
     """Do a sample of the finished runs again, one of each kind at least; compare the bits.
 
@@ -251,7 +259,7 @@ def _repeat(
     firsts = {one.kind: run for run, one in reversed(repeatable.items())}
     chosen = dict.fromkeys([*firsts.values(), *repeatable])
     sample = [(run, runs[run]) for run in list(chosen)[: max(SAMPLE, len(firsts))]]
-    with closing(do_all(sample, workers=workers)) as outcomes:
+    with closing(do(sample)) as outcomes:
         for one in outcomes:
             if isinstance(one, Done) and one.summary["digest"] == done[one.run]["digest"]:
                 continue
@@ -268,7 +276,7 @@ def _do(
     folder: Path,
     left: dict[str, AnyRun],
     done: Summaries,
-    workers: int,
+    do: DoAll,
     outcome: Outcome,
     progress: Callable[[int, int], None],
 ) -> None:
@@ -276,7 +284,7 @@ def _do(
     started = time.perf_counter()
     progress(0, len(left))
     failed = {}
-    with closing(do_all(list(left.items()), workers=workers)) as outcomes:
+    with closing(do(list(left.items()))) as outcomes:
         for count, one in enumerate(outcomes, start=1):
             if isinstance(one, Done):
                 write_file(results.run_path(folder, one.run), one.content, force=True)
@@ -332,9 +340,19 @@ def _sum_up(
 
 def code_digest(experiment: Experiment | TransferExperiment) -> str:
     """Return a digest of the source: this package's, and of the modules that the file names."""
-    modules = {name.partition(":")[0] for name in experiment.named() if ":" in name}
+    return digest_of(modules(experiment))
+
+
+def modules(experiment: Experiment | TransferExperiment) -> list[str]:
+    """Return the modules whose source an experiment's runs are made by."""
+    own = {name.partition(":")[0] for name in experiment.named() if ":" in name}
+    return ["softvox_gym", "softvox_search", *sorted(own)]
+
+
+def digest_of(modules: Sequence[str]) -> str:
+    """Return a digest of the source of modules, and of packages with all that is in them."""
     total = hashlib.sha256()
-    for module in ["softvox_gym", "softvox_search", *sorted(modules)]:
+    for module in modules:
         spec = util.find_spec(module)
         if spec is None or spec.origin is None:
             continue

@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
@@ -19,7 +19,7 @@ _SPAWN = multiprocessing.get_context("spawn")
 
 #: Libraries for linear algebra use as many threads as there are cores, and may add in another order
 #: with another number of them. The runs are in parallel already.
-_SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 #: What a terminal sends to all processes; the parent answers for the workers.
 _TERMINAL = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
@@ -90,21 +90,28 @@ def done(task: Task, environments: Any) -> Done | Failed:
         return Failed(identity, " ".join(message.split()), traceback.format_exc())
 
 
-def _start() -> tuple[Connection, SpawnProcess]:
-    """Start a process that Ctrl-C does not reach, with single-threaded linear algebra."""
-    connection, its = _SPAWN.Pipe()
-    process = _SPAWN.Process(target=_work, args=(its,), daemon=True)
+@contextlib.contextmanager
+def for_workers() -> Iterator[None]:
+    """Let Ctrl-C not reach what is started, and linear algebra be single-threaded there."""
     resource_tracker.ensure_running()  # which would undo the mask if it started meanwhile
     before = dict(os.environ)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)  # which the process inherits
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)  # which processes inherit
     try:
-        os.environ.update(_SINGLE)
-        process.start()
+        os.environ.update(SINGLE)
+        yield
     finally:
-        for name in _SINGLE:
+        for name in SINGLE:
             del os.environ[name]
         os.environ.update(before)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _start() -> tuple[Connection, SpawnProcess]:
+    """Start a process that does runs."""
+    connection, its = _SPAWN.Pipe()
+    process = _SPAWN.Process(target=_work, args=(its,), daemon=True)
+    with for_workers():
+        process.start()
     its.close()
     return connection, process
 

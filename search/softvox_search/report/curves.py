@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from softvox_gym import Lattice
+from softvox_gym.design import ABSENT
 from softvox_search.report.truth import SHAPE, TERMS, exact_fitness
 
 if TYPE_CHECKING:
@@ -63,6 +65,36 @@ def improvements(at: NDArray[Any], fitness: Array) -> Curve:
     return Curve(at[rows].astype(np.int64), fitness[rows])
 
 
+def hypervolume(at: NDArray[Any], fitness: Array, voxels: NDArray[Any], sites: int) -> Curve:
+    """Return the hypervolume of all evaluations so far, in two objectives: far, with few voxels.
+
+    That is the area between the designs that no other dominates and the reference point, a robot
+    that stands still and has sites + 1 voxels, divided by the number of sites: over all numbers of
+    voxels 1 ... sites, the mean of the best fitness of robots of at most so many (voxel widths).
+    Of n evaluations, at numbers of shape (n,), each with its fitness and voxels.
+
+    Notes
+    -----
+    Source: E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms: a comparative case study
+    and the strength Pareto approach, IEEE Transactions on Evolutionary Computation 3(4), 1999.
+    """
+    best = np.zeros(sites + 1)  # of robots of at most so many voxels
+    rows = []
+    for place, value, number in zip(at.tolist(), fitness.tolist(), voxels.tolist(), strict=True):
+        if value > best[number]:
+            best[number:] = np.maximum(best[number:], value)
+            rows.append((place, best[1:].mean()))
+    places, volumes = zip(*rows, strict=True) if rows else ((), ())
+    return Curve(np.array(places, dtype=np.int64), np.array(volumes, dtype=np.float64))
+
+
+def n_voxels(designs: NDArray[Any], lattice: Lattice) -> NDArray[Any]:
+    """Return how many voxels designs have, as a log has these: numbers, or digits as text."""
+    if lattice.has_int64_numbers:
+        return np.asarray((lattice.digits(designs.astype(np.int64)) != ABSENT).sum(axis=1))
+    return lattice.sites - np.char.count(designs.astype(str), str(ABSENT))
+
+
 def finished(results: Results) -> pd.DataFrame:
     """Return the finished runs, sorted by problem, policy, searcher and seed.
 
@@ -77,6 +109,7 @@ def finished(results: Results) -> pd.DataFrame:
               under noise an improvement says that the searcher came past a better
               design, not that it knew. Elsewhere by the values that it was told.
     class     the same in class terms; None where the landscape is not known
+    front     the Curve of the `hypervolume`; None where the landscape is known
     ========= =========================================================================
     """
     runs: pd.DataFrame = results.runs[results.runs["status"] == "ok"].sort_values(
@@ -96,7 +129,7 @@ def finished(results: Results) -> pd.DataFrame:
         if tuple(problem.shape) == SHAPE
     }
     budgets = results.budgets
-    columns: dict[str, list[Any]] = {name: [] for name in ("limit", "landscape", *TERMS)}
+    columns: dict[str, list[Any]] = {name: [] for name in ("limit", "landscape", *TERMS, "front")}
     for row in records(runs):
         log = results.evaluations(row["run"])
         landscape = known[row["physics"]] if row["shape"] == "{}x{}x{}".format(*SHAPE) else None
@@ -108,6 +141,12 @@ def finished(results: Results) -> pd.DataFrame:
             fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else told
             curve = None if fitness is None else improvements(log["unique_sequence"], fitness)
             columns[terms].append(curve)
+        front = None
+        if landscape is None:
+            lattice = Lattice.of([int(side) for side in row["shape"].split("x")])
+            voxels = n_voxels(log["design"], lattice)
+            front = hypervolume(log["unique_sequence"], log["fitness"], voxels, lattice.sites)
+        columns["front"].append(front)
     for name, values in columns.items():
         runs[name] = pd.Series(values, dtype=np.int64 if name == "limit" else object)
     for _, group in groups(runs, *PROBLEM):

@@ -25,7 +25,7 @@ _OWN, _BASE = "#00436B", "#C75B00"
 #: Between two sampled places a curve keeps its value: a best value jumps, it does not glide.
 _STEPS = "steps-post"
 
-_AXIS = {"regret": "regret", "best": "best fitness"}
+_AXIS = {"regret": "regret", "best": "best fitness", "hypervolume": "hypervolume"}
 
 #: What is ranked, and its band, by the columns of the tables.
 _RANKED = dict.fromkeys(("iqm", "ert", "true_regret"), "value")
@@ -75,6 +75,11 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
                     made[f"{kind}_{terms}{problem['name']}"] = over_time(
                         here, column, title=f"{shown} in {terms} terms{at}", ends=ends
                     )
+        if "hypervolume" in tables and len(volumes := on(problem, tables["hypervolume"])):
+            title = f"Hypervolume of fitness and voxels{at}"
+            made[f"hypervolume{problem['name']}"] = over_time(
+                volumes, "iqm", title=title, ends=ends
+            )
         if len(budgets):
             title = f"{what} at fixed budgets{at}"
             made[f"fixed_budget{problem['name']}"] = fixed_budget(budgets, title=title)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from softvox_search.report import figures, text
-from softvox_search.report.curves import TARGETS, groups, on, records
+from softvox_search.report.curves import TARGETS, budgets, groups, on, records
 from softvox_search.report.noise import MEASURES
 from softvox_search.report.statistics import RESAMPLES
 from softvox_search.report.text import HELD, escaped
@@ -66,6 +66,14 @@ NOISE = """\
 - *A12*: the chance that a run under the policy has the larger true regret (or optimism) than one
   under the policy naive, or the first: below 0.5 the policy lowers it. *p* by Mann and Whitney,
   two-sided, adjusted by Holm for the policies of a level.
+"""
+
+
+HYPERVOLUME = """\
+Of two objectives, to travel far and to have few voxels: over all numbers of voxels of the lattice,
+the mean of the best fitness of those robots of at most so many that the run has evaluated, voxel
+widths (the area up to a robot that stands still and has a voxel more than there are sites, per
+site); higher is better.
 """
 
 
@@ -128,6 +136,7 @@ def _comparison(made: Tables, problem: dict[str, Any], pictures: list[str]) -> l
             *_pictures([f"fixed_budget{name}.png"], pictures),
             *_by_terms(budget, text.fixed_budget),
         ],
+        "Hypervolume": _volumes(made, problem, pictures),
         "Fixed targets": [text.fixed_target(target)],
     }
     if "pairs" in made and len(pairs := on(problem, made["pairs"])):
@@ -139,6 +148,15 @@ def _comparison(made: Tables, problem: dict[str, Any], pictures: list[str]) -> l
     for name, content in sections.items():
         blocks += [f"{'###' if title else '##'} {name}", *content] if content else []
     return blocks
+
+
+def _volumes(made: Tables, problem: dict[str, Any], pictures: list[str]) -> list[str]:
+    """Return the hypervolume over time and at fixed budgets, where the optimum is not known."""
+    if "hypervolume" not in made or not len(table := on(problem, made["hypervolume"])):
+        return []
+    held = table[table["unique"].isin(budgets(int(table["unique"].max())))]
+    shown = text.fixed_budget(held.rename(columns={"unique": "budget"}))
+    return [HYPERVOLUME, *_pictures([f"hypervolume{problem['name']}.png"], pictures), shown]
 
 
 def _by_terms(table: pd.DataFrame, shown: Callable[[pd.DataFrame], str]) -> list[str]:

@@ -46,10 +46,11 @@ FIXED_TARGETS = (0.95, 0.99, 1.0)
 def make(results: Results) -> dict[str, pd.DataFrame]:
     """Return the tables of a report by name.
 
-    Of functions here: runs (`overview`), problems; and anytime, fixed_budget, fixed_target and
-    pairs, one problem after the other, under the policy that the experiment names first; where
-    there are several physics also over all of them, in rows whose physics is "". Of `noise`, where
-    there are levels: recommendations, noise_searchers, noise_policies.
+    Of functions here: runs (`overview`), problems; and anytime, fixed_budget, fixed_target, pairs
+    and, where the optimum is not known, hypervolume, one problem after the other, under the policy
+    that the experiment names first; where there are several physics also over all of them, in rows
+    whose physics is "". Of `noise`, where there are levels: recommendations, noise_searchers,
+    noise_policies.
     """
     made = {"runs": overview(results.runs)}
     runs = finished(results)
@@ -57,7 +58,7 @@ def make(results: Results) -> dict[str, pd.DataFrame]:
         return made
     compared = sections(runs)
     made["problems"] = problems(compared, results.problems)
-    for function in (anytime, fixed_budget, fixed_target, pairs):
+    for function in (anytime, fixed_budget, fixed_target, pairs, hypervolume):
         tables = [
             function(section).assign(**dict(zip(AXES, key, strict=False)))
             for key, section in groups(compared, *AXES[:4])
@@ -283,3 +284,27 @@ def pairs(section: pd.DataFrame) -> pd.DataFrame:
     if rows:
         table.insert(8, "p_holm", table.groupby(["terms", "budget"])["p"].transform(holm))
     return table
+
+
+def hypervolume(section: pd.DataFrame) -> pd.DataFrame:
+    """Return the hypervolume of every searcher's designs after so many unique evaluations.
+
+    One row per searcher and position of `anytime` or `fixed_budget`: measure; iqm over the runs
+    with low and high, its bootstrap band, of `curves.hypervolume` (voxel widths); reached, the
+    share of runs that used so many evaluations. Nothing where the optimum is known, or the runs are
+    of several physics.
+    """
+    if section["instance"].nunique() > 1 or section["front"].isna().any():
+        return pd.DataFrame()
+    length = int(section["unique"].max())
+    at = np.union1d(positions(length), budgets(length))
+    parts = []
+    for (searcher,), runs in groups(section, "searcher"):
+        values = best(runs["front"], at)
+        low, high = band(values)
+        reached = np.mean(runs["unique"].to_numpy()[:, np.newaxis] >= at, axis=0)
+        columns = {"iqm": iqm(values.T), "low": low, "high": high, "reached": reached}
+        parts.append(
+            pd.DataFrame({"searcher": searcher, "unique": at, "measure": "hypervolume", **columns})
+        )
+    return pd.concat(parts, ignore_index=True)

@@ -14,6 +14,7 @@ import numpy as np
 from softvox_gym.cli.parser import add_physics, add_shape, add_threads, physics_of, whole_number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design, written
+from softvox_gym.design_files import is_design_file
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
@@ -28,6 +29,7 @@ one row per cycle of actuation.
 DESIGN is a number, 0 to 6560, or the digits of all sites (0 absent, 1 passive,
 2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same. On
 another lattice (--shape) there are other numbers, and as many digits as sites.
+Or it is a file, .json as Design.save writes it or VoxCad's .vxa.
 """
 
 FRAMES_HELP = """\
@@ -51,7 +53,7 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage="softvox simulate DESIGN [--json] [--frames FILE.npz] [options]",
     )
-    parser.add_argument("design", metavar="DESIGN", help="a number or digits")
+    parser.add_argument("design", metavar="DESIGN", help="a number, digits or a file")
     add_shape(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument(
@@ -107,9 +109,18 @@ def run(args: Namespace) -> int:
 
 
 def design_of(text: str, shape: tuple[int, int, int]) -> Design:
-    """Return the design that a number or digits stand for; BadInputError where they are neither."""
+    """Return the design that a number, digits or a file stand for; BadInputError for anything else.
+
+    A file has its lattice; a shape other than the default must be the same.
+    """
     with bad_input("--shape:"):
         lattice = Lattice.of(shape)
+    if is_design_file(text):
+        with bad_input("DESIGN"):
+            design = Design.load(text)
+        if lattice not in (Lattice(), design.lattice):
+            raise BadInputError(f"{text} is on {design.lattice}, not {lattice}; drop --shape")
+        return design
     try:
         return written(text, lattice)
     except ValueError as error:

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, isfinite, pi
+from math import atan2, ceil, degrees, hypot, isfinite, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ from softvox_gym.motion import rest_pose
 from softvox_gym.paused import Simulation, State, sealed, unsealed
 from softvox_gym.portable import cos_sin
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
-from softvox_gym.rendering import AIM, AZIMUTH, Pose, Walk, fitting_distance, render
+from softvox_gym.rendering import AIM, AZIMUTH, NOWHERE, Pose, Walk, fitting_distance, render
 from softvox_gym.simulation import check_threads
 from softvox_gym.tasks import Task
 
@@ -43,6 +43,10 @@ MAGIC = b"softvox control 1\n"
 
 #: Of an episode, cycles: so much may be missing of a whole interval at its end.
 SLACK = 1e-3
+
+#: Of the strain: so near to an end of the range an action is at that end, wherever a wrapper that
+#: rescales actions has rounded to.
+ROUNDED = 1e-6
 
 #: Voxel widths per second: 99 of 100 velocities are below 6, however the pumps are switched.
 FASTEST = 20.0
@@ -72,6 +76,7 @@ class _Seen(NamedTuple):
     stand: Pose  # where it stood when the pump began
     path: list[Array]  # of its centre of mass, from then
     poses: list[Pose]  # at the last moments of it
+    azimuth: float  # of the camera, degrees
 
     def pictures(self) -> list[NDArray[np.uint8]]:
         """Draw the last moments."""
@@ -83,10 +88,10 @@ class _Seen(NamedTuple):
         return self._picture(self.poses[-1], len(self.path))
 
     def _picture(self, pose: Pose, until: int) -> NDArray[np.uint8]:
-        # A camera that doesn't turn or zoom: nobody knows yet where the robot will go.
+        # A camera that doesn't turn or zoom, as nobody knows yet where the robot will go.
         (x, y, _), distance = self.path[until - 1], BACK * fitting_distance(self.stand)
         walk, look_at = Walk(self.stand, np.array(self.path[:until])), (x, y, AIM * distance)
-        return render(pose, walk, look_at=look_at, distance=distance, azimuth=AZIMUTH)
+        return render(pose, walk, look_at=look_at, distance=distance, azimuth=self.azimuth)
 
 
 class Control(Episodes):
@@ -145,6 +150,7 @@ class Control(Episodes):
         self.single_observation_space = spaces.Box(self._low, self._high, dtype=np.float32)
         self._groups: list[_Group] = []
         self._settled: Simulation | None = None
+        self._azimuth = AZIMUTH
         self._paths: dict[int, list[Array]] = {}  # of the centre, where there are pictures
 
     @property
@@ -170,16 +176,17 @@ class Control(Episodes):
         for group in self._playing(which):
             at = np.searchsorted(which, group.rows)
             states = self._advance(group, amplitudes[at])
-            displacements[at], lost[at] = group.sim.displacement, group.sim.diverged
-            values[at] = np.where(lost[at], 0.0, self.task.reward(displacements[at]))
-            rewards[at] = values[at] - group.value
+            moved = displacements[at] = group.sim.displacement
+            values[at] = np.where(_is_lost(moved), 0.0, self.task.reward(moved))
+            lost[at], rewards[at] = _is_lost(moved), values[at] - group.value
             group.step, group.value = group.step + 1, values[at]
             is_last[at] = group.step == self.steps
-            observations[at] = self._observed(group, states[-1])
+            observations[at] = self._observed(group, states[-1], moved)
             if self.render_mode:
-                for j, film in zip(at, self._filmed(group, states), strict=True):
+                for j, film in zip(at, self._filmed(group, states, lost[at]), strict=True):
                     films[j] = film
-        self._groups = self._without(which[lost | is_last])
+        if (is_over := lost | is_last).any():
+            self._groups = self._without(which[is_over])
         return Stepped(
             observations,
             rewards,
@@ -234,21 +241,31 @@ class Control(Episodes):
                 threads=self._threads,
             )
             self._settled.advance(until=float(self.physics.settle_time))
-            self._stand = self._pose(self._settled.state, 0) or self._stand
+            if self.render_mode and not _is_lost(self._settled.displacement)[0]:
+                self._stand = self._pose(self._settled.state, 0)
+                self._azimuth = self._across(self._settled.take([0]))
         return self._settled
+
+    def _across(self, sim: Simulation) -> float:
+        """Return from where the camera sees a robot pass that is pumped fully, or as it is told."""
+        if self.task.heading is not None:
+            return self.task.heading - 90
+        sim.advance(until=np.inf)
+        x, y, _ = sim.displacement[0].tolist()
+        return degrees(atan2(y, x)) - 90 if hypot(x, y) > NOWHERE else AZIMUTH
 
     def _begin(self, which: Rows, sim: Simulation, step: int) -> Started:
         """Let robots go on from the one of a simulation, after so many intervals."""
         copies = sim.take([0] * len(which))
-        value = np.nan_to_num(self.task.reward(copies.displacement))
-        group, state = _Group(which, copies, step, value), copies.state
+        state, moved = copies.state, copies.displacement
+        group = _Group(which, copies, step, np.nan_to_num(self.task.reward(moved)))
         self._groups = [*self._without(which), group]
         films: Sequence[_Seen | None] = [None] * len(which)
         if self.render_mode:
-            start = np.nan_to_num(state.centre / self.physics.edge - copies.displacement)
+            start = np.nan_to_num(state.centre / self.physics.edge - moved)
             self._paths |= {int(i): [at] for i, at in zip(which, start, strict=True)}
-            films = self._filmed(group, [state])
-        return Started(self._observed(group, state), {}, films)
+            films = self._filmed(group, [state], _is_lost(moved))
+        return Started(self._observed(group, state, moved), {}, films)
 
     def _without(self, which: Rows) -> list[_Group]:
         """Return the groups less some episodes."""
@@ -261,6 +278,8 @@ class Control(Episodes):
 
     def _playing(self, which: Rows) -> list[_Group]:
         """Return the groups of these episodes alone; ResetNeeded where there is none of one."""
+        if len(self._groups) == 1 and np.array_equal(self._groups[0].rows, which):
+            return self._groups
         known = [row for group in self._groups for row in group.rows]
         if not np.isin(which, known).all():
             raise ResetNeeded("the episode is over, or has not begun: reset() first")
@@ -301,11 +320,13 @@ class Control(Episodes):
                 f"an action must be {shape[0]} numbers from 0 to {self._most}, one per actuator; "
                 f"got {given.dtype} values of shape {given.shape[1:]}"
             )
-        # At its high end a share is 1, and the amplitude the strain, whose last bits float32 lacks.
-        share = given.astype(np.float32).astype(np.float64) / float(self._most)
-        if not np.all((share >= 0) & (share <= 1)):
-            bad = given[~((share >= 0) & (share <= 1))].flat[0]
+        share = given.astype(np.float64) / float(self._most)
+        is_within = (share >= -ROUNDED) & (share <= 1 + ROUNDED)
+        if not is_within.all():
+            bad = given[~is_within].flat[0]
             raise ValueError(f"an action must be numbers from 0 to {self._most}, got {bad}")
+        # The whole share is the strain itself, whose last bits float32 lacks.
+        share = np.where(share >= 1 - ROUNDED, 1.0, np.maximum(share, 0.0))
         rows = np.zeros((len(given), self.lattice.sites))
         for slot, sites in enumerate(self.actuators):
             rows[:, list(sites)] = share[:, [slot]]
@@ -322,15 +343,15 @@ class Control(Episodes):
         low[9:].reshape(m, 8)[:, 6:] = 0.0
         return low.astype(np.float32), np.array(whole + voxel * m, np.float32)
 
-    def _observed(self, group: _Group, state: State) -> NDArray[np.float32]:
-        """Return observations, shape (k, 9 + 8 voxels)."""
+    def _observed(self, group: _Group, state: State, moved: Array) -> NDArray[np.float32]:
+        """Return observations, shape (k, 9 + 8 voxels), of robots that are so displaced."""
         at, edge, k = self._at, float(self.physics.edge), len(group.rows)
         velocity = state.velocity[at]
         mean = velocity.mean(axis=1)
-        turns = float(self.physics.frequency_hz) * state.time
-        phase = cos_sin(2 * pi * (turns - np.floor(turns)))
-        progress = np.full((k, 1), group.step / self.steps)
-        whole = [group.sim.displacement, mean / edge, np.stack(phase, axis=1), progress]
+        turns = float(self.physics.frequency_hz) * state.time[0]  # theirs is one
+        cosine, sine = cos_sin(2 * pi * (turns - np.floor(turns)))
+        clock = np.tile([cosine, sine, group.step / self.steps], (k, 1))
+        whole = [moved, mean / edge, clock]
         voxels = [
             state.relative_position[at] / edge,
             (velocity - mean[:, np.newaxis]) / edge,
@@ -338,27 +359,36 @@ class Control(Episodes):
             state.edge[at][..., np.newaxis] / edge,
         ]
         flat = np.concatenate([*whole, np.concatenate(voxels, axis=2).reshape(k, -1)], axis=1)
-        flat[group.sim.diverged] = 0.0
+        flat[_is_lost(moved)] = 0.0
         return np.asarray(np.clip(flat, self._low, self._high), np.float32)
 
-    def _filmed(self, group: _Group, states: Sequence[State]) -> list[_Seen]:
+    def _filmed(
+        self, group: _Group, states: Sequence[State], lost: NDArray[np.bool_]
+    ) -> list[_Seen]:
         """Return what there is to see of every robot of a group; a lost one stands as it stood."""
         films = []
         for j, row in enumerate(group.rows.tolist()):
-            moments = [pose for state in states if (pose := self._pose(state, j)) is not None]
-            self._paths[row] += [pose.position.mean(axis=0) for pose in moments]
-            films.append(_Seen(self._stand, list(self._paths[row]), moments or [self._stand]))
+            path, poses = self._paths[row], [self._stand]
+            if lost[j]:
+                del path[1:]
+            else:
+                poses = [self._pose(state, j) for state in states]
+                path += [pose.position.mean(axis=0) for pose in poses]
+            films.append(_Seen(self._stand, list(path), poses, self._azimuth))
         return films
 
-    def _pose(self, state: State, j: int) -> Pose | None:
-        """Return a robot as it is drawn; None of one that is lost."""
-        edge = float(self.physics.edge)
+    def _pose(self, state: State, j: int) -> Pose:
+        """Return a robot as it is drawn."""
+        edge, own = float(self.physics.edge), self._stand
         position, turn, edges = (
             values[self._at][j] for values in (state.position, state.orientation, state.edge)
         )
-        if not (np.isfinite(position).all() and np.isfinite(edges).all()):
-            return None
-        return Pose(position / edge, turn, edges / edge, self._stand.active, self._stand.site)
+        return Pose(position / edge, turn, edges / edge, own.active, own.site)
+
+
+def _is_lost(displacement: Array) -> NDArray[np.bool_]:
+    """Return which robots have diverged, shape (k,)."""
+    return np.isnan(displacement[:, 0])
 
 
 def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
@@ -402,9 +432,9 @@ class SoftVoxControlEnv(SingleEnv):
     Action space
     ------------
     ``Box(0, strain, (actuators,), float32)``: the amplitude of every actuator until the next step,
-    in order of their sites; `actuators` tells which sites each has. At the high end it is the
-    physics' strain, at every digit of a double; of a reality that varies the strain from voxel to
-    voxel, every voxel's own, and a share of that below.
+    in order of their sites; `actuators` tells which sites each has. At the high end, or a millionth
+    of it away, it is the strain of the physics in every digit of a double. In a reality whose
+    strain varies from voxel to voxel, each gets its share of its own.
 
     Observation space
     -----------------

@@ -34,7 +34,7 @@ from softvox_gym.objectives import objectives_of
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose, Stage, Walk
-from softvox_gym.simulation import Result, check_count, sample_count, spaced
+from softvox_gym.simulation import Result, check_threads, sample_count, spaced
 from softvox_gym.tasks import Task
 
 #: Of the path in a picture; the robot is shown as the last of them has it.
@@ -93,13 +93,12 @@ class Evaluator(Episodes):
         reality: str | Reality | None = None,
         task: str | Task = "displacement",
         heading: float | None = None,
-        objectives: Sequence[str] | None = None,
         from_table: bool = False,
+        objectives: Sequence[str] | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
-        if threads is not None:
-            check_count("threads", threads, least=1)
+        check_threads(threads)
         self.lattice = Lattice.of(shape)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics

@@ -110,9 +110,9 @@ class Growth(Episodes):
         self.evaluator = Evaluator(render_mode=render_mode, **trial)
         self.physics = self.evaluator.physics
         self.reward_space = self.evaluator.reward_space
-        self.connected = connected
+        self.lattice, self.connected = self.evaluator.lattice, connected
         self.single_action_space = spaces.Discrete(ACTIVE + 1)
-        sites = self.evaluator.lattice.sites
+        sites = self.lattice.sites
         self.single_observation_space = spaces.Box(0, 1, (4 * sites,), np.float32)
         self._rows = np.zeros((num_envs, sites), np.uint8)
         self._next = np.full(num_envs, sites)
@@ -120,7 +120,7 @@ class Growth(Episodes):
     def action_masks(self, which: Rows | slice = slice(None)) -> Bools:
         """Return which digits the next sites of some episodes may get, shape (k, 3)."""
         rows, following = self._rows[which], self._next[which]
-        return masks(rows, following, self.evaluator.lattice, connected=self.connected)
+        return masks(rows, following, self.lattice, connected=self.connected)
 
     def start(self, which: Rows, generators: Generators) -> Started:
         """Show what stands, which is nothing."""
@@ -166,7 +166,7 @@ class Growth(Episodes):
         observed = np.concatenate([is_digit & is_built, is_next], axis=2).astype(np.float32)
         films: list[Any] = [None] * len(rows)
         if self.render_mode:
-            films = [Unfinished(stack) for stack in self.evaluator.lattice.to_stack(rows)]
+            films = [Unfinished(stack) for stack in self.lattice.to_stack(rows)]
         told = {"action_mask": self.action_masks(which).astype(np.int8)}
         return observed.reshape(len(rows), -1), told, films
 
@@ -183,8 +183,18 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Observation space
     -----------------
-    ``Box(0, 1, (4 * sites,), float32)``: entries 4 i to 4 i + 3 tell of site i whether it is
-    absent, passive, active, the next; all four are 0 where it is open, but not the next.
+    ``Box(0, 1, (4 * sites,), float32)``: what stands, and which site is next.
+
+    ======= ====================
+    entry   1 where site i is
+    ======= ====================
+    4 i     absent
+    4 i + 1 passive
+    4 i + 2 active
+    4 i + 3 the next
+    ======= ====================
+
+    All four are 0 where it is open, but not the next; after the last site none is.
 
     Reward
     ------
@@ -196,9 +206,15 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Info
     ----
-    ``action_mask``, int8 of shape (3,), after reset and each step: 1 for each digit that the next
-    site may get, as ``action_space.sample(mask=...)`` takes it; `action_masks` returns the same as
-    bools, as sb3-contrib asks for it. After the last step all that `SoftVoxEnv` tells, too.
+    =========== ========== ================================================================
+    key         type
+    =========== ========== ================================================================
+    action_mask int8, (3,) 1 for each digit that the next site may get, as
+                           ``action_space.sample(mask=...)`` takes it; `action_masks` returns the
+                           same as bools, as sb3-contrib asks for it
+    =========== ========== ================================================================
+
+    It is told after reset and after every step; after the last all that `SoftVoxEnv` tells, too.
 
     Parameters
     ----------

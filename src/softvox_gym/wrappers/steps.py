@@ -182,8 +182,9 @@ def evaluator_of(env: Any, wrapper: str) -> Evaluator:
     evaluator = getattr(env.unwrapped, "evaluator", None)
     if not isinstance(evaluator, Evaluator):
         raise TypeError(
-            f"{wrapper} works on this package's environments, got {env.unwrapped}; put it around "
-            "single ones before they are made one vector, gym.make_vec(..., wrappers=[...])"
+            f"{wrapper} works on this package's environments whose action is a design, got "
+            f"{env.unwrapped}; put it around single ones before they are made one vector, "
+            "gym.make_vec(..., wrappers=[...])"
         )
     return evaluator
 

@@ -104,7 +104,7 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage=USAGE,
     )
-    parser.add_argument("designs", metavar="DESIGN", nargs="*", help="a number or digits")
+    parser.add_argument("designs", metavar="DESIGN", nargs="*", help="a number, digits or a file")
     parser.add_argument(
         "--top",
         type=within(1, MOST_OF_TOP, whole_number),

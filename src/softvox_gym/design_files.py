@@ -1,0 +1,201 @@
+"""Designs as files: this package's own, JSON, and the bodies of VoxCad's .vxa."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.files import OutputError, check_file, write_file
+from softvox_gym.lattice import Lattice
+
+#: Digits indexed [x, y, z].
+Body = NDArray[np.uint8]
+
+FORMAT, VERSION = "softvox-gym design", 1
+
+#: A larger file is not read: a .vxa of the largest lattice takes a ninth.
+MOST_BYTES = 2**23
+
+#: Of the only structure that is read and written: a character per voxel.
+READABLE = "ASCII_READABLE"
+
+_VXA = """\
+<?xml version="1.0" encoding="ISO-8859-1"?>
+<VXA Version="1.0">
+<VXC Version="0.93">
+<Lattice><Lattice_Dim>0.01</Lattice_Dim></Lattice>
+<Palette>
+<Material ID="1"><Name>Passive</Name><Mechanical><CTE>0</CTE></Mechanical></Material>
+<Material ID="2"><Name>Active</Name><Mechanical><CTE>0.01</CTE></Mechanical></Material>
+</Palette>
+<Structure Compression="ASCII_READABLE">
+<X_Voxels>{0}</X_Voxels><Y_Voxels>{1}</Y_Voxels><Z_Voxels>{2}</Z_Voxels>
+<Data>
+{layers}</Data>
+</Structure>
+</VXC>
+</VXA>
+"""
+
+
+def is_design_file(name: str) -> bool:
+    """Return whether a text is the name of a file of a design rather than a number or digits."""
+    return Path(name).suffix.lower() in _KINDS
+
+
+def save(path: Path, body: Body, *, force: bool = False) -> None:
+    """Write a design into a file, as what the name ends in says; see `Design.save`."""
+    write, _ = _kind(path)
+    if os.path.lexists(path) and not force:
+        raise OutputError(f"{path} exists; choose another, or replace it with force=True")
+    check_file(path, force=True)
+    lattice = Lattice.of(body.shape)
+    text = "".join(map(str, lattice.to_rows(body).tolist()))
+    write_file(path, write(lattice, text).encode("ascii"), force=force)
+
+
+def load(path: Path, *, materials: Mapping[int, int] | None = None) -> Body:
+    """Read a design from a file, as what its name ends in says; see `Design.load`."""
+    _, read = _kind(path)
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    try:
+        if len(content) > MOST_BYTES:
+            raise ValueError(f"has more than {MOST_BYTES} bytes; a design has fewer")
+        if materials is not None and read is not _read_vxa:
+            raise ValueError("names no materials; leave materials out")
+        return read(content, materials)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _json(lattice: Lattice, digits: str) -> str:
+    data = {"format": FORMAT, "version": VERSION, "shape": list(lattice), "digits": digits}
+    return json.dumps(data, indent=1) + "\n"
+
+
+def _read_json(content: bytes, _: object) -> Body:
+    try:
+        data = json.loads(content)
+    except (ValueError, RecursionError):
+        data = None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise ValueError(f"is no design: JSON with the format {FORMAT!r}, as Design.save writes it")
+    if type(data.get("version")) is not int or data["version"] != VERSION:
+        raise ValueError(
+            f"is a design of version {_shown(data.get('version'))}, and this package reads "
+            f"{VERSION}; install one that reads it"
+        )
+    # What a key says that is not known here may make it another robot.
+    if others := sorted(data.keys() ^ {"format", "version", "shape", "digits"}):
+        raise ValueError(f"has or lacks the key {_shown(others[0])}; save the design anew")
+    shape, digits = data["shape"], data["digits"]
+    if not (isinstance(shape, list) and all(type(side) is int for side in shape)):
+        raise ValueError(f"shape must be three whole numbers, got {_shown(shape)}")
+    return _body(shape, digits, dict(zip("012", range(3), strict=True)))
+
+
+def _body(shape: list[int], text: Any, digits: Mapping[str, int]) -> Body:
+    """Return a body of a text with a character for each site, and the digit of each character."""
+    lattice = Lattice.of(shape)
+    if not isinstance(text, str) or len(text) != lattice.sites or set(text) - set(digits):
+        raise ValueError(
+            f"a {lattice} design must be {lattice.sites} digits {', '.join(digits)}, got "
+            f"{_shown(text)}"
+        )
+    rows = np.array([digits[character] for character in text], dtype=np.uint8)
+    return lattice.to_stack(rows)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _vxa(lattice: Lattice, digits: str) -> str:
+    area = lattice.nx * lattice.ny
+    layers = [digits[begin : begin + area] for begin in range(0, len(digits), area)]
+    marked = (f"<Layer><![CDATA[{layer}]]></Layer>\n" for layer in layers)
+    return _VXA.format(*lattice, layers="".join(marked))
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Makes a tree of elements; a file from a stranger has no entities to be expanded."""
+
+    def doctype(self, *_: object) -> None:
+        raise ValueError("has a DOCTYPE, which no .vxa needs; take it out")
+
+
+def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
+    try:
+        root = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
+    except (ElementTree.ParseError, LookupError) as error:
+        raise ValueError(f"is no XML: {error}") from None
+    vxc = root if root.tag == "VXC" else root.find("VXC")
+    structure = None if vxc is None else vxc.find("Structure")
+    if vxc is None or structure is None:
+        raise ValueError("is no .vxa: it has no VXC with a Structure")
+    if (compression := structure.get("Compression")) != READABLE:
+        raise ValueError(f"has compression {_shown(compression)}; save it as {READABLE}")
+    shape = [_number(structure, f"{axis}_Voxels", int) for axis in "XYZ"]
+    layers = ["".join((layer.text or "").split()) for layer in structure.findall("Data/Layer")]
+    lattice = Lattice.of(shape)
+    if [len(layer) for layer in layers] != [lattice.nx * lattice.ny] * lattice.nz:
+        raise ValueError(
+            f"must have {lattice.nz} layers of {lattice.nx * lattice.ny} voxels each, has "
+            f"{_shown([len(layer) for layer in layers])}"
+        )
+    known = {0: 0, **{_id(one): _digit(one) for one in vxc.findall("Palette/Material")}}
+    known |= {} if materials is None else materials
+    if not set(known.values()) <= {0, 1, 2}:
+        raise ValueError(f"materials must lead to 0, 1 or 2, got {materials}")
+    text = "".join(layers)
+    if unknown := set(text) - set(map(str, known)):
+        raise ValueError(
+            f"has voxels of material {_shown(min(unknown))}, which its palette lacks; say what it "
+            "is with materials={...}"
+        )
+    return _body(shape, text, {str(number): digit for number, digit in known.items()})
+
+
+def _id(material: ElementTree.Element) -> int:
+    if not re.fullmatch("[1-9]", number := material.get("ID", "")):
+        raise ValueError(f"has a material of ID {_shown(number)}; 1 to 9 are read")
+    return int(number)
+
+
+def _digit(material: ElementTree.Element) -> int:
+    """Return 2 for a material that expands with temperature, which actuates it; else 1."""
+    expands = material.find("Mechanical/CTE") is not None
+    return 2 if expands and _number(material, "Mechanical/CTE", float) != 0 else 1
+
+
+def _number(element: ElementTree.Element, name: str, kind: Callable[[str], Any]) -> Any:
+    text = element.findtext(name, "")
+    try:
+        if isfinite(number := kind(text)):
+            return number
+    except ValueError:
+        pass
+    raise ValueError(f"{name} must be a number, got {_shown(text)}")
+
+
+_KINDS: Mapping[str, tuple[Callable[..., str], Callable[..., Body]]] = {
+    ".json": (_json, _read_json),
+    ".vxa": (_vxa, _read_vxa),
+}
+
+
+def _kind(path: Path) -> tuple[Callable[..., str], Callable[..., Body]]:
+    if (kind := _KINDS.get(path.suffix.lower())) is None:
+        raise ValueError(f"{path} must end in {' or '.join(_KINDS)}")
+    return kind

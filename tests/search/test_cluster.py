@@ -1,0 +1,353 @@
+"""A comparison on a Dask cluster gives the bits that it gives here, whatever dies meanwhile."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_process import COMMAND, hear_signals
+from small_experiments import OWN, SMALL, experiment_of, results, run_here
+from test_kill import descendants, wait_for, wait_for_end_of
+
+from softvox_gym import cli, evaluate
+from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.noise import Jakobi
+from softvox_search.experiment import cluster as clusters
+from softvox_search.experiment.cluster import connected, do_all
+from softvox_search.experiment.pool import SINGLE
+from softvox_search.experiment.schema import UsageError
+
+pytest.importorskip("distributed")
+# What Dask leaves for the interpreter's end to close.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+
+#: Waits for a file, or until it has died so often as a file counts.
+ILL = """\
+import os
+import signal
+import time
+
+import numpy as np
+
+from softvox_search.protocol import SearcherBase
+
+
+class Ill(SearcherBase):
+    def __init__(self, space, rng, *, folder, deaths=0, waits=False):
+        super().__init__(space, rng)
+        self.folder, self.deaths, self.waits = folder, deaths, waits
+
+    def ask(self, n=None):
+        while self.waits and not os.path.exists(f"{self.folder}/go"):
+            time.sleep(0.01)
+        died = len([name for name in os.listdir(self.folder) if name.startswith("died")])
+        if died < self.deaths:
+            open(f"{self.folder}/died{died}", "w").close()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return np.arange(20)
+"""
+
+
+@pytest.fixture(scope="module")
+def client():
+    with connected("local", workers=2) as client:
+        yield client
+
+
+@pytest.fixture
+def no_workers():
+    """Yield a client whose cluster has none yet."""
+    with connected("local", workers=0) as client:
+        yield client
+
+
+def doer(client, experiment, **options):
+    return partial(do_all, client=client, experiment=experiment, **{"say": pytest.fail, **options})
+
+
+def run_there(client, experiment, folder, **options):
+    own = {name: options.pop(name) for name in ("say", "folders") if name in options}
+    outcome, _, here = run_here(
+        experiment, folder, cluster=doer(client, experiment, **own), **options
+    )
+    assert here.runs == []
+    return outcome
+
+
+def ill(folder, name, *options):
+    """Return an experiment in which one run is ill, first of all, in a module of its own."""
+    (folder / f"{name}.py").write_text(ILL)
+    given = ", ".join([f"folder = '{folder}'", *options])
+    searcher = f"[[searchers]]\nname = '{name}:Ill'\nseeds = 1\noptions = {{ {given} }}\n"
+    first, rest = SMALL.split("[[searchers]]", 1)
+    return experiment_of(folder, f"{first}{searcher}[[searchers]]{rest}")
+
+
+@pytest.fixture
+def own_modules(monkeypatch):
+    """Let modules be found that a test writes, and forget them."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    return sys.path.append
+
+
+def test_the_bits_are_those_of_runs_in_this_process(client, tmp_path):
+    experiment = experiment_of(tmp_path, SMALL)
+    outcome = run_there(client, experiment, tmp_path / "there")
+    assert (outcome.total, outcome.failed, outcome.is_whole) == (7, [], True)
+    run_here(experiment, tmp_path / "here")
+    assert results(tmp_path / "there") == results(tmp_path / "here")
+    more = experiment_of(tmp_path, SMALL.replace("seeds = 3", "seeds = 4", 1))
+    outcome = run_there(client, more, tmp_path / "there")
+    assert (outcome.before, outcome.repeated, outcome.missing) == (7, 5, 0)
+    run_here(more, tmp_path / "here")
+    assert results(tmp_path / "there") == results(tmp_path / "here")
+
+
+def test_a_worker_that_is_killed_changes_no_bit(client, tmp_path, own_modules):
+    own_modules(str(tmp_path))
+    experiment = ill(tmp_path, "killed_once", "deaths = 1")
+    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)])
+    assert outcome.failed == []
+    assert (tmp_path / "died0").exists()
+    run_here(experiment, tmp_path / "here")
+    assert results(tmp_path / "there") == results(tmp_path / "here")
+
+
+def test_a_run_that_kills_every_worker_fails_alone(client, tmp_path, own_modules, monkeypatch):
+    own_modules(str(tmp_path))
+    monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
+    experiment = ill(tmp_path, "kills_always", "deaths = 99")
+    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)])
+    ((run, failed),) = outcome.failed
+    assert run.kind == "kills_always:Ill"
+    assert failed.error == "1 worker died doing it alone (distributed.scheduler.allowed-failures)"
+    assert outcome.is_whole
+    assert len(list((tmp_path / "there" / "runs").iterdir())) == outcome.total - 1
+
+
+def test_a_slow_worker_holds_no_other_run_up(client, tmp_path, own_modules):
+    own_modules(str(tmp_path))
+    experiment = ill(tmp_path, "slow", "waits = true")
+    done = []
+
+    def go(count, total):
+        done.append(count)
+        if count == total - 1:  # all the others are there, so let it go on
+            (tmp_path / "go").touch()
+
+    outcome = run_there(
+        client, experiment, tmp_path / "there", folders=[str(tmp_path)], progress=go
+    )
+    assert (outcome.failed, done[-1]) == ([], outcome.total)
+
+
+def test_a_worker_gives_back_what_does_not_fit_into_its_time(client, tmp_path):
+    experiment = experiment_of(tmp_path, SMALL)
+    tasks = [(str(i), run) for i, run in enumerate(experiment.runs())]
+    question = (tuple(experiment.libraries), ("softvox_gym", "softvox_search"), ())
+    expected = {**clusters._facts(*question), **clusters._ALONE}
+    future = client.submit(clusters._work, tasks, 0.0, question, expected, pure=False)
+    outcomes, _ = future.result()
+    assert [one.run for one in outcomes] == ["0"]
+
+
+#: A worker that says of itself what is not so.
+PATCHED = """\
+import importlib.metadata as metadata, sys
+
+real = metadata.version
+metadata.version = lambda name: "1.0" if name == "numpy" else real(name)
+from distributed.cli.dask_worker import main
+
+main([sys.argv[1], "--no-nanny", "--nthreads", "1", "--no-dashboard"])
+"""
+
+
+@pytest.fixture
+def worker_of_other_versions(no_workers):
+    process = subprocess.Popen(
+        [sys.executable, "-c", PATCHED, no_workers.scheduler.address],
+        env={**os.environ, **SINGLE},
+        stderr=subprocess.DEVNULL,
+    )
+    no_workers.wait_for_workers(1)
+    yield no_workers
+    process.kill()
+    process.wait()
+
+
+OTHER = r"^worker tcp://\S+ has numpy 1\.0, and here it is {}: its results may be others; install "
+
+
+def test_a_worker_with_other_versions_is_refused_by_name(
+    worker_of_other_versions, tmp_path, monkeypatch
+):
+    experiment = experiment_of(tmp_path, SMALL)
+    refused = OTHER.format(np.__version__)
+    with pytest.raises(UsageError, match=refused):
+        run_there(worker_of_other_versions, experiment, tmp_path / "there")
+    assert list((tmp_path / "there" / "runs").iterdir()) == []
+    checks = iter([lambda *_: None, lambda *_: None])  # it joins later, and then leaves
+    monkeypatch.setattr(clusters, "_check_workers", lambda *given: next(checks)(*given))
+    with pytest.raises(UsageError, match=refused.replace("^", "RuntimeError on the cluster: ")):
+        run_there(worker_of_other_versions, experiment, tmp_path / "there")
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        ({"threads": 4}, "has threads 4, and does one run at a time with 1: start workers by "),
+        ({"OMP_NUM_THREADS": None}, "has OMP_NUM_THREADS None, and does one run at a time with 1"),
+        ({"scipy": None}, "has scipy not at all, and here it is 1.2: its results may be others"),
+        ({"cmaes": "0.12"}, "has cmaes 0.12, and here it is not there"),
+        ({"the source of own": "12"}, "has the source of own 12, and here it is 34"),
+        ({}, ""),
+    ],
+)
+def test_in_what_a_worker_differs_is_said_with_the_remedy(found, said):
+    here = {"scipy": "1.2", "cmaes": None, "the source of own": "34", **clusters._ALONE}
+    assert clusters._difference({**here, **found}, here).startswith(said)
+    assert bool(clusters._difference({**here, **found}, here)) == bool(said)
+
+
+def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_is_kept(client, tmp_path):
+    name = tmp_path / "scheduler.json"
+    start = partial(subprocess.Popen, start_new_session=True, stderr=subprocess.DEVNULL)
+    options = ["--scheduler-file", name, "--no-dashboard"]
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", *options]
+    scheduler = start([*command, "--host", "127.0.0.1"])
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1"]
+    worker = start([*command, "--no-nanny", *options], env={**os.environ, **SINGLE})
+    experiment = experiment_of(tmp_path, SMALL)
+    try:
+        wait_for(name.exists, scheduler)
+        address = json.loads(name.read_text())["address"]
+        with connected(address) as theirs:
+            theirs.wait_for_workers(1)
+            with pytest.raises(UsageError, match=f"the scheduler {address} is lost; what is done"):
+                run_there(
+                    theirs,
+                    experiment,
+                    tmp_path / "there",
+                    progress=lambda count, _: count and scheduler.kill(),
+                )
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()
+    outcome = run_there(client, experiment, tmp_path / "there")
+    assert outcome.before >= 1
+    run_here(experiment, tmp_path / "here")
+    assert results(tmp_path / "there") == results(tmp_path / "here")
+
+
+def start(folder, *arguments):
+    (folder / "own.py").write_text(OWN)
+    (folder / "exp.toml").write_text(
+        "seeds = 50\nbudget.unique = 60\n[[searchers]]\nname = 'own:Slow'\n"
+    )
+    return subprocess.Popen(
+        [*COMMAND, "compare", "exp.toml", "--no-report", "--scheduler", *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=hear_signals,
+    )
+
+
+def stopped(process, folder):
+    """Stop a comparison as a terminal does, once a run is done; return what it started."""
+    wait_for(lambda: list(folder.glob("results/exp/runs/*.parquet")), process)
+    started = descendants(process.pid) if Path("/proc/self/stat").exists() else []
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
+    assert err == "softvox: stopped: SIGINT, what is done is kept; the same command goes on\n"
+    return started
+
+
+def test_stopped_it_leaves_another_cluster_usable(client, tmp_path):
+    process = start(tmp_path, client.scheduler.address)
+    stopped(process, tmp_path)
+    tasks = client.cluster.scheduler.tasks
+    wait_for(lambda: not tasks)
+    assert client.submit(max, 1, 2, pure=False).result() == 2
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
+def test_stopped_it_leaves_nothing_of_its_own_cluster(tmp_path):
+    process = start(tmp_path, "local", "--workers", "2")
+    started = stopped(process, tmp_path)
+    assert len(started) >= 2
+    wait_for_end_of(started)
+
+
+def test_without_workers_it_says_so_and_waits(no_workers, tmp_path):
+    experiment = experiment_of(tmp_path, SMALL)
+    said = []
+
+    def say(message):
+        said.append(message)
+        no_workers.cluster.scale(1)
+
+    outcome = run_there(no_workers, experiment, tmp_path / "there", say=say)
+    assert outcome.missing == 0
+    assert said == [f"{no_workers.scheduler.address} has no workers yet; waiting for one"]
+
+
+def test_an_address_without_a_scheduler_is_named(monkeypatch):
+    monkeypatch.setattr(clusters, "PATIENCE", 0.2)
+    with (
+        pytest.raises(BadInputError, match=r"^--scheduler tcp://127\.0\.0\.1:1: .*tcp://127"),
+        connected("tcp://127.0.0.1:1"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scheduler", "locl"], "must be local, slurm or an address as tcp://10.0.0.1:8786, got"),
+        (["--scheduler", "tcp://a:1", "--workers", "2"], "those of tcp://a:1 have theirs"),
+        (["--scheduler", "slurm", "--workers", "2"], "those of slurm have theirs"),
+        (["--scheduler", "local", "--jobs", "2"], "--jobs goes with --scheduler slurm"),
+        (["--jobs", "2"], "--jobs goes with --scheduler slurm"),
+        (["--scheduler", "what://x:1"], "--scheduler what://x:1: "),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(tmp_path, capsys, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    experiment_of(tmp_path, SMALL)
+    assert cli.main(["compare", "exp.toml", "--no-report", "--quiet", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+@pytest.mark.parametrize(
+    ("where", "module"), [("local", "distributed"), ("slurm", "dask_jobqueue")]
+)
+def test_a_missing_library_is_named_with_the_extra(tmp_path, capsys, monkeypatch, where, module):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, module, None)
+    experiment_of(tmp_path, SMALL)
+    command = ["compare", "exp.toml", "--no-report", "--quiet", "--scheduler", where]
+    assert cli.main(command) == 2
+    assert capsys.readouterr().err == (
+        f"softvox: error: --scheduler {where} needs {module.replace('_', '-')}: "
+        "pip install 'softvox-gym[cluster]'\n"
+    )
+
+
+def test_designs_are_evaluated_on_it_to_the_same_bits(client, monkeypatch):
+    monkeypatch.setattr("softvox_gym.cluster.CHUNK_WORK", 1e5)
+    options = {"perturbations": [Jakobi(1.0)], "trials": 2, "seed": 0}
+    there, here = (evaluate(range(6400, 6420), client=one, **options) for one in (client, None))
+    assert there.fitness.tobytes() == here.fitness.tobytes()
+    assert there.result.displacement.tobytes() == here.result.displacement.tobytes()
