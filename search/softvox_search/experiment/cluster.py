@@ -155,6 +155,8 @@ def _do_all(
     """As `do_all`, but for the errors of a connection that is lost."""
     from distributed.scheduler import KilledWorker
 
+    if not tasks:
+        return
     _check_workers(client, question, expected)
     if not client.nthreads():
         say(f"{_address(client)} has no workers yet; waiting for one")
