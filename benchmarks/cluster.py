@@ -115,10 +115,16 @@ def counted(client: Any) -> Iterator[list[int]]:
         client.submit = submit
 
 
+def warm() -> None:
+    """Import and compute on a worker what every process does once."""
+    cluster._probe(evaluate)
+    clusters._facts(EXPERIMENT.libraries, ("softvox_gym", "softvox_search"), ())
+    done(RUNS[0], Environments())
+
+
 def measure(case: str, client: Any, workers: int, repeat: int) -> dict[str, Any]:
     """Return one row of the table: medians over the repetitions, ratios within one."""
     work, rows = CASES[case], []
-    work(client)  # imports
     for _ in range(repeat):
         cpu, wall = seconds(work, None)
         with counted(client) as chunks:
@@ -147,6 +153,8 @@ def main() -> None:
     options = parser.parse_args()
     for workers in options.workers:
         with clusters.connected("local", workers=workers) as client:
+            warm()
+            client.run(warm)
             for case in CASES:
                 row = {
                     "date": time.strftime("%Y-%m-%d", time.gmtime()),

@@ -16,8 +16,8 @@ from softvox_gym.physics import Physics
 from softvox_gym.realities import Reality
 from softvox_gym.simulation import Frames, Result
 
-#: Voxels times steps of a chunk, a second or two: a cluster, and cutting, take a fiftieth of that for
-#: it (benchmarks/cluster.csv).
+#: Voxels times steps of a chunk, a second or two; cutting and sending it take a few hundredths of
+#: that (benchmarks/cluster.csv).
 CHUNK_WORK = 1e8
 
 #: Of one evaluation, so that a scheduler of many workers is not what they wait for.
