@@ -19,6 +19,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from math import ceil
+from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
 #: s, of work in a chunk: a hundred times what Dask needs for it (benchmarks/cluster.csv). The
 #: scheduler takes a millisecond per chunk, so that of many workers each does larger ones.
 SECONDS, SECONDS_PER_WORKER = 1.0, 0.02
+
+#: s, after which workers that have joined meanwhile are given work.
+LOOK = 1.0
 
 #: s, until a scheduler that does not answer is given up.
 PATIENCE = 10
@@ -149,16 +153,17 @@ def _do_all(
     say: Say,
 ) -> Generator[Done | Failed, None, None]:
     """As `do_all`, but for the errors of a connection that is lost."""
-    from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
+    if not tasks:
+        return
     _check_workers(client, question, expected)
     if not client.nthreads():
         say(f"{_address(client)} has no workers yet; waiting for one")
     left, size = deque(tasks), 1
     flying: dict[str, tuple[Any, list[Task]]] = {}
     suspects: dict[str, Task] = {}  # of chunks whose workers died
-    ready = as_completed(loop=client.loop)
+    ready: Queue[Any] = Queue()
     try:
         while left or flying or suspects:
             slots = max(1, sum(client.nthreads().values()))
@@ -172,26 +177,29 @@ def _do_all(
             for chunk in chunks:
                 future = client.submit(_work, chunk, seconds, question, expected, pure=False)
                 flying[future.key] = future, chunk
-                ready.add(future)
-            for future in ready.next_batch():
-                _, chunk = flying.pop(future.key)
-                error = future.exception() if future.status == "error" else None
-                if error is None:
-                    outcomes, elapsed = future.result()
-                    left.extendleft(reversed(chunk[len(outcomes) :]))
-                    size = ceil(len(outcomes) * seconds / max(elapsed, 1e-3))
-                    for one in outcomes:
-                        suspects.pop(one.run, None)
-                    yield from outcomes
-                elif not isinstance(error, KilledWorker):
-                    _check_workers(client, question, expected)
-                    raise UsageError(f"{type(error).__name__} on the cluster: {error}")
-                elif chunk[0][0] in suspects:
-                    run, _ = chunk[0]
-                    del suspects[run]
-                    yield Failed(run, _killed(error.allowed_failures + 1), "")
-                else:
-                    suspects.update({task[0]: task for task in chunk})
+                future.add_done_callback(ready.put)
+            try:
+                future = ready.get(timeout=LOOK)
+            except Empty:
+                continue
+            _, chunk = flying.pop(future.key)
+            error = future.exception() if future.status == "error" else None
+            if error is None:
+                outcomes, elapsed = future.result()
+                left.extendleft(reversed(chunk[len(outcomes) :]))
+                size = ceil(len(outcomes) * seconds / max(elapsed, 1e-3))
+                for one in outcomes:
+                    suspects.pop(one.run, None)
+                yield from outcomes
+            elif not isinstance(error, KilledWorker):
+                _check_workers(client, question, expected)
+                raise UsageError(f"{type(error).__name__} on the cluster: {error}")
+            elif chunk[0][0] in suspects:
+                run, _ = chunk[0]
+                del suspects[run]
+                yield Failed(run, _killed(error.allowed_failures + 1), "")
+            else:
+                suspects.update({task[0]: task for task in chunk})
     finally:
         if client.status == "running":
             with suppress(OSError, CancelledError):
