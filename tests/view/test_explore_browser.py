@@ -362,7 +362,7 @@ def called(driver, call):
 
 
 def test_the_page_computes_the_published_landscape_to_the_native_bits(driver, page):
-    opened(driver, page)
+    loaded(driver, page)
     displacement = called(driver, "softvox.landscape({})").reshape(6561, 3)
     assert digest(displacement) == GOLDEN
 
