@@ -108,7 +108,7 @@ $(VENV)-%/installed: $(VENV)/installed
 # Every warning is an error. The notebooks run; the page that one can explore is one of the site's.
 # Here are the libraries for learners, too: what needs them is tested first.
 docs: $(VENV)-docs/installed
-	$(VENV)-docs/bin/python -m pytest tests/envs/test_sb3.py
+	$(VENV)-docs/bin/python -m pytest tests/envs/test_sb3.py tests/search/test_learners.py
 	rm -rf site
 	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs -d site/doctrees \
 		. site/html

@@ -44,7 +44,7 @@ INTERVAL = 0.5  # cycles: an action for the half in which actuators grow, one fo
 OF_PPO: dict[str, Any] = {"n_epochs": 5, "learning_rate": 1e-3, "gamma": 0.97, "batch_size": 240}
 OF_MASKABLE: dict[str, Any] = {"n_epochs": 5, "learning_rate": 1e-3, "gamma": 1.0}
 OF_DQN: dict[str, Any] = {"learning_rate": 1e-3, "gamma": 0.0, "learning_starts": 128}
-OF_DQN |= {"train_freq": 1, "gradient_steps": 32, "exploration_fraction": 0.5}
+OF_DQN |= {"train_freq": 1, "gradient_steps": 8, "exploration_fraction": 0.5}
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,7 @@ class Problem(NamedTuple):
     title: str
     episodes: int
     methods: dict[str, Method]
+    settings: dict[str, dict[str, Any]]
 
 
 def control(design: int) -> Any:
@@ -183,13 +184,14 @@ def dqn(seed: int, episodes: int) -> Outcome:
     return learnt(DQN("MlpPolicy", env, seed=seed, device="cpu", **OF_DQN), episodes)
 
 
-def _control(design: int) -> dict[str, Method]:
-    return {
+def _control(title: str, design: int) -> Problem:
+    methods: dict[str, Method] = {
         "ppo": lambda *how: ppo(design, *how),
         "evolution, all cycles": lambda *how: evolved(design, False, *how),
         "evolution, one cycle": lambda *how: evolved(design, True, *how),
         "random": lambda *how: random_control(design, *how),
     }
+    return Problem(title, 512, methods, {"PPO": OF_PPO})
 
 
 _SEARCHERS: dict[str, Method] = {
@@ -198,10 +200,15 @@ _SEARCHERS: dict[str, Method] = {
 }
 
 PROBLEMS = {
-    "control_6453": Problem("Control of 6453", 512, _control(6453)),
-    "control_6560": Problem("Control of the full cube, 6560", 512, _control(6560)),
-    "growth": Problem("Growth on 2x2x2", 1024, {"maskable_ppo": maskable, **_SEARCHERS}),
-    "discrete": Problem("Discrete(6561)", 1024, {"dqn": dqn, **_SEARCHERS}),
+    "control_6453": _control("Control of 6453", 6453),
+    "control_6560": _control("Control of the full cube, 6560", 6560),
+    "growth": Problem(
+        "Growth on 2x2x2",
+        1024,
+        {"maskable_ppo": maskable, **_SEARCHERS},
+        {"MaskablePPO": OF_MASKABLE},
+    ),
+    "discrete": Problem("Discrete(6561)", 1024, {"dqn": dqn, **_SEARCHERS}, {"DQN": OF_DQN}),
 }
 
 
@@ -253,7 +260,7 @@ def draw(curves: pd.DataFrame) -> bytes:
         return style.encoded(made)
 
 
-def page(runs: pd.DataFrame, manifest: dict[str, Any]) -> str:
+def page(runs: pd.DataFrame, manifests: dict[str, Any]) -> str:
     """Return the report."""
     parts = ["# Learners\n\n```sh\npython baselines/learners.py\n```\n"]
     parts.append(
@@ -279,9 +286,11 @@ def page(runs: pd.DataFrame, manifest: dict[str, Any]) -> str:
         parts.append(f"## {problem.title}\n\n{problem.episodes} episodes.\n")
         parts.append(text.markdown(rows))
     parts.append("## Settings\n\nWhere they are not the libraries' defaults:\n")
-    settings = manifest["settings"].items()
+    settings = {k: v for one in manifests.values() for k, v in one["settings"].items()}
     parts.append(
-        text.markdown({"of": of, "settings": f"`{json.dumps(what)}`"} for of, what in settings)
+        text.markdown(
+            {"of": of, "settings": f"`{json.dumps(told)}`"} for of, told in settings.items()
+        )
     )
     return "\n".join(parts)
 
@@ -297,10 +306,13 @@ def main(names: list[str]) -> None:
     names = names or list(PROBLEMS)
     libraries = ("cmaes", "sb3-contrib", "stable-baselines3", "torch")
     versions = {library: metadata.version(library) for library in libraries}
-    settings = {"PPO": OF_PPO, "MaskablePPO": OF_MASKABLE, "DQN": OF_DQN}
     FOLDER.mkdir(exist_ok=True)
+    path = FOLDER / "manifest.json"
+    manifests = json.loads(path.read_text()) if path.exists() else {}
     for name in names:
-        manifest = provenance(threads=1) | {"libraries": versions, "settings": settings}
+        settings = PROBLEMS[name].settings
+        manifests[name] = provenance(threads=1) | {"libraries": versions, "settings": settings}
+        manifests = {name: manifests[name] for name in PROBLEMS if name in manifests}
         tables = dict(zip(("curves", "runs"), done(name), strict=True))
         for kind, table in tables.items():
             path = FOLDER / f"{kind}.csv"
@@ -310,8 +322,8 @@ def main(names: list[str]) -> None:
             order = whole["problem"].map(list(PROBLEMS).index)
             path.write_bytes(text.csv(whole.iloc[np.argsort(order, kind="stable")]))
         written = {kind: pd.read_csv(FOLDER / f"{kind}.csv") for kind in tables}
-        (FOLDER / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n")
-        (FOLDER / "report.md").write_text(page(written["runs"], manifest))
+        (FOLDER / "manifest.json").write_text(json.dumps(manifests, indent=2) + "\n")
+        (FOLDER / "report.md").write_text(page(written["runs"], manifests))
         (FOLDER / "learners.png").write_bytes(draw(written["curves"]))
 
 
