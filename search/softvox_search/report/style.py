@@ -39,6 +39,7 @@ import matplotlib  # noqa: E402, it needs the lines above
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import LogFormatter  # noqa: E402, F401, for the other modules here
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
