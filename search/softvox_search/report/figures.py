@@ -145,11 +145,7 @@ def ranking(
     axes = made.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for axis, (label, table) in zip(axes, shown.items(), strict=True):
         if label.startswith("evaluations"):
-            axis.set_xscale("log")
-            axis.xaxis.set_major_formatter("{x:g}")
-            axis.xaxis.set_minor_formatter(
-                style.LogFormatter()
-            )  # of less than a decade; no mathtext
+            style.log_axis(axis)
         _rows(axis, table, names, series)
         axis.set_xlabel(f"{label} (95 % band)")
     ends = dict(zip(last["searcher"], last["budget"], strict=True))
