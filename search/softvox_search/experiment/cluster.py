@@ -145,7 +145,10 @@ def do_all(
     with closing(_do_all(tasks, client, question, expected, say)) as outcomes:
         try:
             yield from outcomes
-        except (OSError, CancelledError) as error:
+        except Exception as error:
+            is_lost = isinstance(error, (OSError, CancelledError)) or client.status != "running"
+            if isinstance(error, UsageError) or not is_lost:
+                raise
             raise UsageError(
                 f"the scheduler {_address(client)} is lost; what is done is kept, and once it is "
                 "back the same command goes on"
