@@ -91,7 +91,9 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
                     if shutil.which("sbatch") is None:
                         raise ValueError("there is no sbatch here; say it where jobs are submitted")
                     n = dask.config.get("jobqueue.slurm.cores") or 1  # a run at a time in each
-                    where = stack.enter_context(SLURMCluster(processes=n, n_workers=jobs * n))
+                    where = SLURMCluster(processes=n, n_workers=jobs * n)
+                    stack.callback(_close, where)
+                    where.__enter__()  # until the jobs are submitted
                     if not all(job.job_id for job in where.workers.values()):
                         raise ValueError("sbatch took no job")
                 client = Client(where, timeout=PATIENCE, set_as_default=False)
@@ -99,6 +101,11 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
         except (OSError, RuntimeError, ValueError) as error:
             raise BadInputError(f"--scheduler {scheduler}: {error}") from error
         yield client
+
+
+def _close(cluster: Any) -> None:
+    with suppress(AssertionError):  # of Dask's, about jobs that were not taken
+        cluster.close()
 
 
 def _kill(cluster: Any) -> None:
@@ -138,7 +145,10 @@ def do_all(
     with closing(_do_all(tasks, client, question, expected, say)) as outcomes:
         try:
             yield from outcomes
-        except (OSError, CancelledError) as error:
+        except Exception as error:
+            is_lost = isinstance(error, (OSError, CancelledError)) or client.status != "running"
+            if isinstance(error, UsageError) or not is_lost:
+                raise
             raise UsageError(
                 f"the scheduler {_address(client)} is lost; what is done is kept, and once it is "
                 "back the same command goes on"
