@@ -22,6 +22,9 @@ landscape: $(VENV)/installed
 test: $(VENV)/installed
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
+# One pip for all environments that come after sdist: to set it up takes longer than most installs.
+PIP_FOR = $(VENV)-sdist/bin/python -m pip --python $(VENV)-$(1)/bin/python
+
 # Every bound "name>=version" of pyproject.toml taken at its word, in an environment of its own, and
 # the package as a stranger gets it: built from the source distribution, held to the published data.
 # Old libraries' own warnings are not ours. iohinspector, which only tests need, asks for more.
@@ -34,10 +37,10 @@ LOWEST_TESTS ?= tests/test_simulate.py tests/test_evaluation.py tests/envs/test_
 	tests/search/test_transfer.py tests/view/test_figures_cli.py \
 	tests/view/test_replay_command.py tests/view/test_explore_physics.py
 test-lowest: sdist
-	$(PYTHON) -m venv --clear $(VENV)-lowest
+	$(PYTHON) -m venv --clear --without-pip $(VENV)-lowest
 	grep -oE '"[a-z-]+>=[0-9.]+' pyproject.toml | sed 's/"//; s/>=/==/' | sort -u \
 		> $(VENV)-lowest/constraints.txt
-	$(VENV)-lowest/bin/python -m pip install --quiet --no-cache-dir \
+	$(call PIP_FOR,lowest) install --quiet --no-cache-dir \
 		--constraint $(VENV)-lowest/constraints.txt \
 		"softvox-gym[search,adapters,view,browser-test] @ file://$$(echo $$PWD/dist/*.tar.gz)" \
 		moviepy pytest setuptools
@@ -80,9 +83,9 @@ SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=all
 SANITIZED := LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
 	ASAN_OPTIONS=detect_leaks=0 $(VENV)-sanitize/bin/python
 sanitize: sdist
-	$(PYTHON) -m venv --clear $(VENV)-sanitize
+	$(PYTHON) -m venv --clear --without-pip $(VENV)-sanitize
 	CFLAGS="$(FAST_MATH) $(SANITIZERS) -g0 $(SANITIZE_MORE)" \
-		$(VENV)-sanitize/bin/python -m pip install --quiet --no-cache-dir \
+		$(call PIP_FOR,sanitize) install --quiet --no-cache-dir \
 		dist/softvox_gym-*.tar.gz pytest
 	$(SANITIZED) -m pytest \
 		-k 'not every_instruction_set and not order_of_the_batch and not number_of_threads' \
@@ -96,16 +99,16 @@ figures: $(VENV)/installed
 # What only an extra needs is in an environment of its own, which sees that of the package.
 SITE := -c 'import sysconfig; print(sysconfig.get_path("purelib"))'
 $(VENV)-%/installed: $(VENV)/installed
-	$(BIN)/python -m venv --clear $(VENV)-$*
+	$(BIN)/python -m venv --clear --without-pip $(VENV)-$*
 	echo "import site; site.addsitedir('$$($(BIN)/python $(SITE))')" \
 		> "$$($(VENV)-$*/bin/python $(SITE))/package.pth"
-	$(VENV)-$*/bin/python -m pip install --quiet 'softvox-gym[$*]'
+	$(BIN)/python -m pip --python $(VENV)-$*/bin/python install --quiet 'softvox-gym[$*]'
 	@touch $@
 
 # Every warning is an error. The notebooks run; the page that one can explore is one of the site's.
 # Here are the libraries for learners, too: what needs them is tested first.
 docs: $(VENV)-docs/installed
-	$(VENV)-docs/bin/python -m pytest tests/envs/test_sb3.py
+	$(VENV)-docs/bin/python -m pytest tests/envs/test_sb3.py tests/search/test_learners.py
 	rm -rf site
 	$(VENV)-docs/bin/sphinx-build --quiet --color -W --keep-going --nitpicky -c docs -d site/doctrees \
 		. site/html

@@ -1,6 +1,6 @@
 """What a Dask cluster costs, in processor seconds of all its processes beside those of one.
 
-    python benchmarks/cluster.py [--repeat 3] [--append]
+    python benchmarks/cluster.py [--repeat 3] [--workers 1 2] [--append]
 
 measures, on one worker and on two of this machine: an evaluation of the whole landscape, one under
 noise, a comparison of searchers, and chunks without work, which are the scheduler's own time; in
@@ -31,12 +31,11 @@ from softvox_search.experiment.pool import done
 from softvox_search.experiment.schema import of_dict
 
 TABLE = HERE / "cluster.csv"
-WORKERS = (1, 2)
 EMPTY = 1000
 
 EXPERIMENT = of_dict(
     {
-        "seeds": 24,
+        "seeds": 12,
         "budget": {"unique": 250},
         "table": False,
         "searchers": [{"name": "random"}],
@@ -57,7 +56,7 @@ def landscape(client: Any) -> object:
 
 def noisy(client: Any) -> object:
     """Evaluate random designs under noise."""
-    designs = np.random.default_rng(0).integers(0, 3**8, 100)
+    designs = np.random.default_rng(0).integers(0, 3**8, 50)
     return evaluate(
         designs, perturbations=[Jakobi(1.0)], trials=32, seed=0, client=client, threads=1
     )
@@ -116,10 +115,16 @@ def counted(client: Any) -> Iterator[list[int]]:
         client.submit = submit
 
 
+def warm() -> None:
+    """Import and compute on a worker what every process does once."""
+    cluster._probe(evaluate)
+    clusters._facts(EXPERIMENT.libraries, ("softvox_gym", "softvox_search"), ())
+    done(RUNS[0], Environments())
+
+
 def measure(case: str, client: Any, workers: int, repeat: int) -> dict[str, Any]:
     """Return one row of the table: medians over the repetitions, ratios within one."""
     work, rows = CASES[case], []
-    work(client)  # imports
     for _ in range(repeat):
         cpu, wall = seconds(work, None)
         with counted(client) as chunks:
@@ -144,9 +149,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeat", type=int, default=3, help="repetitions, of which the median")
     parser.add_argument("--append", action="store_true", help=f"add the rows to {TABLE.name}")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2], help="how many in turn")
     options = parser.parse_args()
-    for workers in WORKERS:
+    for workers in options.workers:
         with clusters.connected("local", workers=workers) as client:
+            warm()
+            client.run(warm)
             for case in CASES:
                 row = {
                     "date": time.strftime("%Y-%m-%d", time.gmtime()),

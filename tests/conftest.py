@@ -9,3 +9,13 @@ def own_cache(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOFTVOX_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session")
+def published_result():
+    """Return all designs under the published physics, track and energy too, simulated once."""
+    import numpy as np
+
+    from softvox_gym import simulate
+
+    return simulate(np.arange(6561), track=1, energy=True)

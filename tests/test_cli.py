@@ -286,12 +286,3 @@ def test_the_progress_bar_is_drawn_on_a_terminal_and_removed_at_the_end(tmp_path
     assert process.wait() == 0
     assert (b"designs/s" in drawn) is not quiet
     assert quiet or drawn.split(b"\r")[-2].strip() == b""
-
-
-def test_verify_prints_the_agreement_table_and_passes():
-    done = softvox("verify")
-    assert done.returncode == 0, done.stdout
-    lines = done.stdout.splitlines()
-    assert any(line.split()[:4] == ["published", "top", "100", "100/100"] for line in lines)
-    assert "FAILED" not in done.stdout
-    assert done.stderr == ""

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from softvox_gym import Physics, simulate, verify
+from softvox_gym.cli import main
+from softvox_gym.cli import verify as command
 from softvox_gym.data import designs, document, numbers, records
 
 #: Every row of the agreement table, and how much it compares.
@@ -44,6 +46,16 @@ def test_only_designs_that_rounding_decides_are_excepted(table):
     assert excepted == ["design 5455", "design 6453"]
     not_judged = [row.name for row in table.values() if row.verdict == "not judged"]
     assert not_judged == ["half the time step", "sensitive", "trajectory 6453"]
+
+
+def test_verify_prints_the_agreement_table_and_passes(table, monkeypatch, capsys):
+    monkeypatch.setattr(command, "checks", lambda *, threads: iter(table.values()))
+    assert main(["verify"]) == 0
+    output, complaints = capsys.readouterr()
+    lines = output.splitlines()
+    assert any(line.split()[:4] == ["published", "top", "100", "100/100"] for line in lines)
+    assert "FAILED" not in output
+    assert complaints == ""
 
 
 # The robots that are excepted fall to one side or the other; how far they get is nearly the same.

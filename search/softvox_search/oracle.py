@@ -136,8 +136,7 @@ class Oracle:
     Raises
     ------
     ValueError
-        For a noisy environment without a generator, one that doesn't say whether it is noisy, or
-        one that has objectives.
+        For a noisy environment without a generator, or one that doesn't say whether it is noisy.
     """
 
     def __init__(
@@ -154,11 +153,6 @@ class Oracle:
         self.budget = budget
         first: Any = self._env(1)
         self.space: Lattice = first.unwrapped.evaluator.lattice
-        if first.unwrapped.evaluator.asked:
-            raise ValueError(
-                "the environment has objectives, and an oracle tells one number of a design; "
-                "make it without, or use softvox_gym.evaluate(..., objectives=...)"
-            )
         if noisy is None and (wrapper := silent(first)) is not None:
             raise ValueError(
                 f"{type(wrapper).__name__} doesn't say whether two evaluations of one design may "
@@ -285,6 +279,11 @@ class Oracle:
             env = self._env(len(actions))
             env.reset(seed=None if seeds is None else seeds[part].tolist())
             _, rewards, _, _, infos = env.step(actions)
+            if np.ndim(rewards) != 1:
+                raise ValueError(
+                    f"{env} gave a vector for each reward, and an oracle tells one number: make it "
+                    "without objectives, or with a wrapper that weighs them"
+                )
             if np.isnan(rewards).any():
                 raise ValueError(f"{env} gave a reward of NaN; a diverged design is worth 0")
             records["value"][part] = rewards

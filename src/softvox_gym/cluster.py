@@ -16,9 +16,9 @@ from softvox_gym.physics import Physics
 from softvox_gym.realities import Reality
 from softvox_gym.simulation import Frames, Result
 
-#: Voxels times steps of a chunk, a third of a second or more: twenty times what a cluster needs for
-#: it (benchmarks/cluster.csv).
-CHUNK_WORK = 2e7
+#: Voxels times steps of a chunk, a second or two; cutting and sending it take a few hundredths of
+#: that (benchmarks/cluster.csv).
+CHUNK_WORK = 1e8
 
 #: Of one evaluation, so that a scheduler of many workers is not what they wait for.
 MOST_CHUNKS = 4000

@@ -119,6 +119,19 @@ def test_the_observation_tells_what_stands_and_what_is_next():
             observation = env.step(BEST[site])[0]
 
 
+def test_of_several_objectives_the_last_reward_is_a_vector():
+    options = {"objectives": ("voxels", "displacement"), "physics": SHORT}
+    env, envs = make(disable_env_checker=True, **options), gym.make_vec(IDS[1], 2, **options)
+    *before, last = built(env, BEST)
+    assert [step[1].tolist() for step in before] == [[0.0, 0.0]] * 7
+    assert last[1].tolist() == [-5.0, last[4]["fitness"]]
+    assert last[1] in env.unwrapped.reward_space
+    several = built(envs, [(digit, 1) for digit in BEST])
+    assert several[6][1].tolist() == [[0.0, 0.0]] * 2
+    assert several[7][1][0].tolist() == last[1].tolist()
+    assert several[7][1][1][0] == -8.0
+
+
 @pytest.mark.parametrize("name", IDS)
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
 def test_the_environment_checker_finds_nothing(name, render_mode):
@@ -130,7 +143,10 @@ def test_the_environment_checker_finds_nothing(name, render_mode):
 @pytest.mark.parametrize("n", [1, 4])
 @pytest.mark.parametrize(
     "options",
-    [{**TABLE, "connected": True}, {"shape": (3, 1, 2), "physics": SHORT, "task": "directed"}],
+    [
+        {**TABLE, "connected": True},
+        {"shape": (3, 1, 2), "physics": SHORT, "task": "directed"},
+    ],
     ids=["table", "own"],
 )
 def test_a_vector_returns_what_single_environments_return(options, n, mode):

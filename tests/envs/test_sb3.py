@@ -161,6 +161,10 @@ def test_what_it_can_not_wrap_is_refused():
         SB3VecEnv(gym.make_vec(softvox_gym.ENV_ID, num_envs=2))
     with pytest.raises(TypeError, match="vector environment"):
         SB3VecEnv(gym.make(softvox_gym.ENV_ID))
+    env = SB3VecEnv(native(2, softvox_gym.TABLE_ENV_ID, objectives=("displacement", "voxels")))
+    env.reset()
+    with pytest.raises(ValueError, match="without objectives"):
+        env.step(np.array([BEST, BEST]))
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):

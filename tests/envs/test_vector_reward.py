@@ -91,6 +91,16 @@ def test_the_table_gives_all_but_energy():
         single(ALL, "SoftVoxTable2x2x2-v0")
 
 
+def test_a_robot_that_grew_is_worth_what_it_is_at_once():
+    envs = gym.make_vec("SoftVoxGrow2x2x2-v0", 2, objectives=ALL, physics=SHORT)
+    envs.reset()
+    rewards = [envs.step(digits)[1] for digits in ROWS[:2].T]
+    assert np.shape(rewards) == (8, 2, 7)
+    assert not np.any(rewards[:-1])
+    assert rewards[-1].tobytes() == evaluate(ROWS[:2], SHORT, objectives=ALL).objectives.tobytes()
+    assert envs.unwrapped.reward_space.shape == (7,)
+
+
 def test_what_can_not_be_is_refused():
     with pytest.raises(ValueError, match="FitnessNoise measures one number"):
         FitnessNoise(single(), 0.1)

@@ -8,7 +8,7 @@ import pytest
 from test_vector_env import MODES, assert_same
 
 import softvox_gym
-from softvox_gym import Design, Physics, simulate, verify
+from softvox_gym import Design, verify
 from softvox_gym.landscapes.table import COMPUTED, tracks
 from softvox_gym.manifest import digest
 
@@ -16,8 +16,8 @@ ALL = np.arange(6561)
 
 
 @pytest.fixture(scope="module")
-def result():
-    return simulate(ALL, Physics.published(), track=1)
+def result(published_result):
+    return published_result
 
 
 def test_the_engine_still_produces_the_table(result):

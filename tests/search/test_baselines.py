@@ -55,7 +55,8 @@ def test_a_slice_done_again_gives_the_same_bits(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "seeds"), [("noise_free", 100), ("noise", 50), ("transfer", 20), ("phased", 30)]
+    ("name", "seeds"),
+    [("noise_free", 100), ("noise", 50), ("transfer", 20), ("lattices", 1), ("phased", 30)],
 )
 def test_it_was_made_from_the_file_beside_it_with_enough_seeds_and_from_this_engine(name, seeds):
     manifest, experiment = read_manifest(BASELINES / name), read_file(BASELINES / f"{name}.toml")

@@ -132,6 +132,7 @@ def test_a_run_that_kills_every_worker_fails_alone(client, tmp_path, own_modules
 
 def test_a_slow_worker_holds_no_other_run_up(client, tmp_path, own_modules):
     own_modules(str(tmp_path))
+    client.wait_for_workers(2)
     experiment = ill(tmp_path, "slow", "waits = true")
     done = []
 

@@ -99,7 +99,7 @@ def test_no_design_is_proposed_again_where_there_are_enough_and_all_are_one_piec
 
 def test_the_bits_are_these_on_every_machine():
     digest = hashlib.sha256(asked(Lattice(4, 3, 2), 90).astype(np.uint8).tobytes()).hexdigest()
-    assert digest[:16] == "53f5d86158835582"
+    assert digest[:16] == "44e2be414b2db053"
 
 
 class Phased(Lattice):

@@ -113,6 +113,22 @@ def test_searchers_are_ranked_by_what_they_find_in_the_end_then_by_what_it_costs
     assert sorted(marks)[:2] == [1, 60]
 
 
+def test_where_no_optimum_is_known_the_fittest_is_first_and_no_tick_is_in_mathtext(tmp_path):
+    shape = (3, 3, 3)
+    runs = [
+        run(0, "poor", range(40), shape=shape, fitness=np.full(40, 1.0)),
+        run(1, "good", range(40), shape=shape, fitness=np.linspace(0.0, 2.0, 40)),
+    ]
+    write(tmp_path, results(*runs))
+    with style.style():
+        left, right = figures.draw(text.read(tmp_path / "tables"))["ranking"].axes
+        right.figure.canvas.draw()
+    assert [label.get_text() for label in left.get_yticklabels()] == ["1. good", "2. poor"]
+    ticks = [label.get_text() for label in right.get_xticklabels(which="both")]
+    assert any(ticks)
+    assert not any("$" in tick for tick in ticks)
+
+
 def test_under_noise_searchers_are_ranked_by_what_they_recommend_under_their_best_policy(tmp_path):
     rows = [
         run(0, "a", [6453], level=1.0, policy="naive"),
@@ -389,7 +405,7 @@ def test_missing_packages_are_named_all_at_once_as_they_are_installed(monkeypatc
 
 def texts_outside(figure):
     """Return the titles, names of axes and legends of a drawn figure that its edges cut off."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     texts = list(figure.texts)
     for axis in figure.axes:
         texts += [axis.title, axis.xaxis.label, axis.yaxis.label]

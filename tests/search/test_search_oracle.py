@@ -370,8 +370,9 @@ def test_a_wrapper_that_doesnt_say_whether_it_is_noisy_is_refused():
 
 
 def test_a_vector_reward_is_refused():
-    with pytest.raises(ValueError, match="an oracle tells one number of a design"):
-        Oracle(lambda n: gym.make_vec(ENV_ID, n, objectives=["voxels"]), Budget(unique=5))
+    oracle = Oracle(lambda n: gym.make_vec(ENV_ID, n, objectives=["voxels"]), Budget(unique=5))
+    with pytest.raises(ValueError, match=r"vector for each reward.*without objectives"):
+        oracle.evaluate([1])
 
 
 def test_a_reward_of_nan_is_refused():

@@ -29,12 +29,44 @@ SHORT = {"duration": "0.28"}
 SHORT_STATE = "duration=0.28"
 
 
-def opened(driver, page, state=""):
+def loaded(driver, page, state=""):
+    """Load the page anew."""
     driver.get("about:blank")
     driver.get_log("browser")
     driver.get_log("performance")
     driver.get(f"{page}#{state or 'design=6453'}")  # a first visit without would begin the story
     until(lambda: shown(driver, "robot-panel", "dataset.designs"))
+    until(lambda: applied(driver) is not None)
+    return driver
+
+
+#: Takes back what no address tells.
+AFRESH = """
+const find = (id) => document.getElementById(id);
+if (!find("story").hidden) find("story-end").click();
+document.activeElement?.blur();
+scrollTo(0, 0);
+document.querySelector("#which input[value='design']").checked = true;
+document.querySelector("#zoom :nth-child(3)").click();
+for (const id of ["map", "map-b"]) find(id).dispatchEvent(new PointerEvent("pointerleave"));
+"""
+GO = """
+history.replaceState(null, "", `#${arguments[0]}`);
+dispatchEvent(new HashChangeEvent("hashchange"));
+"""
+
+
+def opened(driver, page, state=""):
+    """Go to a state of the page as if from its first, and load it only where another is seen.
+
+    The cell under the cursor stays.
+    """
+    if driver.current_url.partition("#")[0] != page:
+        return loaded(driver, page, state)
+    driver.get_log("browser")
+    driver.execute_script(AFRESH + GO, "design=6453")
+    if state:
+        driver.execute_script(GO, state)
     until(lambda: applied(driver) is not None)
     return driver
 

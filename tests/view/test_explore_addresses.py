@@ -9,6 +9,7 @@ from explore_page import (
     entered,
     facts,
     fitness_with,
+    loaded,
     mouse,
     one,
     opened,
@@ -60,7 +61,7 @@ def test_an_address_with_a_mistake_says_so_and_shows_the_rest(
 
 
 def test_two_mistakes_are_both_told(driver, page):
-    opened(driver, page, "compare=x&gravity=bad")
+    loaded(driver, page, "compare=x&gravity=bad")
     assert shown(driver, "error-gravity") == "gravity must be a number, got 'bad'"
     assert "design 'x' is neither" in shown(driver, "message")
 

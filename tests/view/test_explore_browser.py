@@ -22,6 +22,7 @@ from explore_page import (
     facts,
     fitness_with,
     kept,
+    loaded,
     map_pixels,
     mouse,
     one,
@@ -46,7 +47,7 @@ pytestmark = needs_chromium
 
 
 def test_it_loads_without_an_error_and_asks_nobody_else(driver, page):
-    opened(driver, page)
+    loaded(driver, page)
     assert applied(driver) == {}
     assert shown(driver, "robot-panel", "dataset.designs") == "6453"
     assert facts(driver)["fitness"] == ["4.6573"]
@@ -60,7 +61,7 @@ def test_it_loads_without_an_error_and_asks_nobody_else(driver, page):
 
 
 def test_lighter_is_fitter_on_the_map(driver, page):
-    opened(driver, page)
+    loaded(driver, page)
     fitness = softvox_gym.landscape()["fitness"]
     row, column = cell_of(np.arange(6561))
     # Cells near the mark of the design shown may lie under it.
@@ -96,7 +97,7 @@ def test_a_click_simulates_and_replays_and_is_in_the_address(driver, page):
 def test_keys_alone_lead_to_a_robot(driver, page):
     from selenium.webdriver import Keys
 
-    opened(driver, page, "design=0")
+    loaded(driver, page, "design=0")
     canvas = one(driver, "#map")
     driver.execute_script("arguments[0].focus()", canvas)
     assert driver.switch_to.active_element == canvas
@@ -228,7 +229,7 @@ def test_two_designs_are_compared(driver, page):
 
 
 def test_an_address_brings_back_what_was_seen(driver, page):
-    opened(driver, page, f"design=4295&compare=6453&map=heading&gravity=-3&{SHORT_STATE}")
+    loaded(driver, page, f"design=4295&compare=6453&map=heading&gravity=-3&{SHORT_STATE}")
     until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
     assert shown(driver, "robot-panel", "dataset.designs") == "4295 6453"
     assert shown(driver, "kind", "value") == "heading"
@@ -317,7 +318,7 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
 def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, page, size):
     sized(driver, *size)
     try:
-        opened_short(driver, page, "design=6453&compare=4295&map=difference")
+        loaded(driver, page, f"design=6453&compare=4295&map=difference&{SHORT_STATE}")
         wide = driver.execute_script(
             "const width = document.documentElement.clientWidth;"
             "return [...document.querySelectorAll('main *')].filter((e) => e.offsetParent &&"
@@ -332,7 +333,7 @@ def test_nothing_sticks_out_at_a_desktops_and_a_phones_width(driver, page, size)
 def test_the_picture_for_the_readme_can_be_taken(driver, page):
     """With SOFTVOX_PICTURES=docs it is kept as docs/explore.png."""
     sized(driver, 1280, 900)
-    opened(driver, page, "design=6453&searcher=hill_climber&seed=1&budget=100")
+    loaded(driver, page, "design=6453&searcher=hill_climber&seed=1&budget=100")
     until(lambda: shown(driver, "path-text"))
     mouse(driver, 4295).perform()
     driver.execute_script(
@@ -361,7 +362,7 @@ def called(driver, call):
 
 
 def test_the_page_computes_the_published_landscape_to_the_native_bits(driver, page):
-    opened(driver, page)
+    loaded(driver, page)
     displacement = called(driver, "softvox.landscape({})").reshape(6561, 3)
     assert digest(displacement) == GOLDEN
 

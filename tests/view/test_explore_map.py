@@ -10,6 +10,7 @@ from explore_page import (
     DESKTOP,
     PHONE,
     cell_colours,
+    loaded,
     map_pixels,
     mouse,
     one,
@@ -162,7 +163,7 @@ def test_a_drag_pans_and_chooses_nothing_and_a_click_still_does(driver, page):
 
 
 def test_keys_and_buttons_zoom_as_well(driver, page):
-    opened(driver, page, "design=0")
+    loaded(driver, page, "design=0")
     canvas = one(driver, "#map")
     bare = map_pixels(driver)
     assert (bare[-20:, :20] > 250).all(axis=2).sum() > 20, "the ring in the corner is whole"
@@ -196,7 +197,7 @@ def test_two_fingers_zoom_on_a_phone_and_one_chooses(driver, page):
     sized(driver, *PHONE)
     driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
     try:
-        opened(driver, page)
+        loaded(driver, page)
         driver.execute_script("scrollTo(0, 0)")
         assert shown(driver, "hover-text").startswith("Tap a cell")
         touch(driver, "touchStart", (0.3, 0.4))
@@ -224,7 +225,7 @@ def test_on_a_sharp_screen_the_map_has_as_many_pixels(driver, page):
     size = {"width": 1280, "height": 800, "deviceScaleFactor": 2, "mobile": False}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
-        opened(driver, page)
+        loaded(driver, page)
         assert shown(driver, "map", "width") == 2 * one(driver, "#map").size["width"]
     finally:
         sized(driver, *DESKTOP)
@@ -255,7 +256,7 @@ def test_a_path_plays_and_stops_at_its_end(driver, page):
 
 
 def test_searchers_are_seen_beside_each_other_and_are_in_the_address(driver, page):
-    opened(driver, page, "searcher=random&seed=1&budget=30")
+    loaded(driver, page, "searcher=random&seed=1&budget=30")
     until(lambda: shown(driver, "path-text"))
     one(driver, "#add-path").click()
     assert "is shown already" in shown(driver, "path-text")
@@ -271,7 +272,7 @@ def test_searchers_are_seen_beside_each_other_and_are_in_the_address(driver, pag
         best, regret = map(float, re.findall(r"\d+\.\d+", row))
         assert best + regret == pytest.approx(table[OPTIMUM], abs=0.011)
     both = map_pixels(driver)
-    opened(driver, page, address)
+    loaded(driver, page, address)
     until(lambda: shown(driver, "path-text"))
     assert np.array_equal(map_pixels(driver), both)
     one(driver, "#path-list [aria-label='remove hill_climber, seed 1']").click()

@@ -12,7 +12,7 @@ from cli_process import softvox
 
 pytest.importorskip("msgspec", reason="needs softvox-gym[search]")
 
-from explore_page import map_pixels, one, opened, shown
+from explore_page import loaded, map_pixels, one, opened, shown
 
 from softvox_gym import landscape
 from softvox_gym.cli.terminal import BadInputError
@@ -140,7 +140,7 @@ def test_a_recorded_path_is_laid_over_the_map_and_shared_by_its_address(driver, 
     seen = map_pixels(driver)
     assert (seen != bare).any()
     address = driver.current_url
-    opened(driver, page, address.partition("#")[2])
+    loaded(driver, page, address.partition("#")[2])
     assert until(lambda: shown(driver, "path-text")) == said
     assert np.array_equal(map_pixels(driver), seen)
     one(driver, "#clear-path").click()

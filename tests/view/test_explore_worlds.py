@@ -10,6 +10,7 @@ from explore_page import (
     entered,
     facts,
     kept,
+    loaded,
     map_pixels,
     mouse,
     one,
@@ -226,7 +227,7 @@ def test_the_robot_is_as_large_as_the_map_and_can_fill_the_page(driver, page):
 def test_a_screen_is_used_and_nothing_sticks_out(driver, page, size):
     sized(driver, *size)
     try:
-        opened(driver, page, "design=6453&compare=4295&b.gravity=-3")
+        loaded(driver, page, "design=6453&compare=4295&b.gravity=-3")
         width = driver.execute_script("return document.documentElement.clientWidth")
         assert driver.execute_script("return document.documentElement.scrollWidth") == width
         left, _, wide, _ = rectangle(driver, "main")
@@ -272,7 +273,7 @@ def test_words_can_be_read_by_day_and_by_night(driver, page, scheme):
     feature = {"name": "prefers-color-scheme", "value": scheme}
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
     try:
-        opened(driver, page)
+        loaded(driver, page)
         one(driver, "#tell").click()
         assert driver.execute_script(CONTRASTS) == []
         floor = "return getComputedStyle(document.body).backgroundColor.slice(4, -1)"
@@ -299,6 +300,7 @@ def test_what_a_browser_lacks_is_told(driver, page, without, place, words):
         until(lambda: words in one(driver, f"#{place}").text)
     finally:
         driver.execute_cdp_cmd(remove, made)
+        driver.get("about:blank")
 
 
 @needs_node

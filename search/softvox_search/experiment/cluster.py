@@ -19,6 +19,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from math import ceil
+from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
 #: s, of work in a chunk: a hundred times what Dask needs for it (benchmarks/cluster.csv). The
 #: scheduler takes a millisecond per chunk, so that of many workers each does larger ones.
 SECONDS, SECONDS_PER_WORKER = 1.0, 0.02
+
+#: s, after which workers that have joined meanwhile are given work.
+LOOK = 1.0
 
 #: s, until a scheduler that does not answer is given up.
 PATIENCE = 10
@@ -87,7 +91,9 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
                     if shutil.which("sbatch") is None:
                         raise ValueError("there is no sbatch here; say it where jobs are submitted")
                     n = dask.config.get("jobqueue.slurm.cores") or 1  # a run at a time in each
-                    where = stack.enter_context(SLURMCluster(processes=n, n_workers=jobs * n))
+                    where = SLURMCluster(processes=n, n_workers=jobs * n)
+                    stack.callback(_close, where)
+                    where.__enter__()  # until the jobs are submitted
                     if not all(job.job_id for job in where.workers.values()):
                         raise ValueError("sbatch took no job")
                 client = Client(where, timeout=PATIENCE, set_as_default=False)
@@ -95,6 +101,11 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
         except (OSError, RuntimeError, ValueError) as error:
             raise BadInputError(f"--scheduler {scheduler}: {error}") from error
         yield client
+
+
+def _close(cluster: Any) -> None:
+    with suppress(AssertionError):  # of Dask's, about jobs that were not taken
+        cluster.close()
 
 
 def _kill(cluster: Any) -> None:
@@ -134,7 +145,10 @@ def do_all(
     with closing(_do_all(tasks, client, question, expected, say)) as outcomes:
         try:
             yield from outcomes
-        except (OSError, CancelledError) as error:
+        except Exception as error:
+            is_lost = isinstance(error, (OSError, CancelledError)) or client.status != "running"
+            if isinstance(error, UsageError) or not is_lost:
+                raise
             raise UsageError(
                 f"the scheduler {_address(client)} is lost; what is done is kept, and once it is "
                 "back the same command goes on"
@@ -149,16 +163,17 @@ def _do_all(
     say: Say,
 ) -> Generator[Done | Failed, None, None]:
     """As `do_all`, but for the errors of a connection that is lost."""
-    from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
+    if not tasks:
+        return
     _check_workers(client, question, expected)
     if not client.nthreads():
         say(f"{_address(client)} has no workers yet; waiting for one")
     left, size = deque(tasks), 1
     flying: dict[str, tuple[Any, list[Task]]] = {}
     suspects: dict[str, Task] = {}  # of chunks whose workers died
-    ready = as_completed(loop=client.loop)
+    ready: Queue[Any] = Queue()
     try:
         while left or flying or suspects:
             slots = max(1, sum(client.nthreads().values()))
@@ -172,26 +187,29 @@ def _do_all(
             for chunk in chunks:
                 future = client.submit(_work, chunk, seconds, question, expected, pure=False)
                 flying[future.key] = future, chunk
-                ready.add(future)
-            for future in ready.next_batch():
-                _, chunk = flying.pop(future.key)
-                error = future.exception() if future.status == "error" else None
-                if error is None:
-                    outcomes, elapsed = future.result()
-                    left.extendleft(reversed(chunk[len(outcomes) :]))
-                    size = ceil(len(outcomes) * seconds / max(elapsed, 1e-3))
-                    for one in outcomes:
-                        suspects.pop(one.run, None)
-                    yield from outcomes
-                elif not isinstance(error, KilledWorker):
-                    _check_workers(client, question, expected)
-                    raise UsageError(f"{type(error).__name__} on the cluster: {error}")
-                elif chunk[0][0] in suspects:
-                    run, _ = chunk[0]
-                    del suspects[run]
-                    yield Failed(run, _killed(error.allowed_failures + 1), "")
-                else:
-                    suspects.update({task[0]: task for task in chunk})
+                future.add_done_callback(ready.put)
+            try:
+                future = ready.get(timeout=LOOK)
+            except Empty:
+                continue
+            _, chunk = flying.pop(future.key)
+            error = future.exception() if future.status == "error" else None
+            if error is None:
+                outcomes, elapsed = future.result()
+                left.extendleft(reversed(chunk[len(outcomes) :]))
+                size = ceil(len(outcomes) * seconds / max(elapsed, 1e-3))
+                for one in outcomes:
+                    suspects.pop(one.run, None)
+                yield from outcomes
+            elif not isinstance(error, KilledWorker):
+                _check_workers(client, question, expected)
+                raise UsageError(f"{type(error).__name__} on the cluster: {error}")
+            elif chunk[0][0] in suspects:
+                run, _ = chunk[0]
+                del suspects[run]
+                yield Failed(run, _killed(error.allowed_failures + 1), "")
+            else:
+                suspects.update({task[0]: task for task in chunk})
     finally:
         if client.status == "running":
             with suppress(OSError, CancelledError):

@@ -139,15 +139,13 @@ def ranking(
     series = list(dict.fromkeys(next(iter(shown.values()))["series"]))
     counted = series[:1] if by == "terms" else series
     ranked = (table[table["series"].isin(counted)] for table in shown.values())
-    names = _ranked(ranked, is_best_largest=by == "terms" and measure == "best")
+    names = _ranked(ranked, is_best_largest=by == "terms" and measure == _AXIS["best"])
     row = max(0.32, 0.14 * len(series))
     made = style.figure(3.2 + 3.6 * len(shown), scaled(1.6 + row * len(names)))
     axes = made.subplots(1, len(shown), sharey=True, squeeze=False)[0]
     for axis, (label, table) in zip(axes, shown.items(), strict=True):
         if label.startswith("evaluations"):
-            axis.set_xscale("log")
-            axis.xaxis.set_major_formatter("{x:g}")
-            axis.xaxis.set_minor_formatter("")  # a short axis would have some, as mathematics
+            style.log_axis(axis)
         _rows(axis, table, names, series)
         axis.set_xlabel(f"{label} (95 % band)")
     ends = dict(zip(last["searcher"], last["budget"], strict=True))

@@ -39,6 +39,7 @@ import matplotlib  # noqa: E402, it needs the lines above
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import LogFormatter  # noqa: E402
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,6 +160,13 @@ def grid(panels: int, *, height: float = 1.0, is_shared: bool = True) -> tuple[F
 def line(label: str = "", **options: Any) -> Line2D:
     """Return an entry of a legend: a line and what is written beside it."""
     return Line2D([], [], label=label, **options)
+
+
+def log_axis(axis: Axes) -> None:
+    """Make x logarithmic, with plain numbers: matplotlib's own would be mathtext."""
+    axis.set_xscale("log")
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter(LogFormatter())  # shown where there is less than a decade
 
 
 def legend(made: Figure, title: str, handles: list[Line2D]) -> None:

@@ -258,9 +258,10 @@ class Cppn(Afpo):
         return made
 
     def _mutate(self, child: Drawn) -> tuple[Drawn]:
-        """Mutate a network until its design is new, in place."""
+        """Mutate a network until its design is new, in place; anew where it came to be empty."""
+        parent = child.network
         for _ in range(TRIES):
-            child.network = child.network.mutated(self._structure)
+            child.network = (child.network if any(child) else parent).mutated(self._structure)
             child[:] = drawn(child.network, self._inputs, self.space)
             if self._is_new(child):
                 break

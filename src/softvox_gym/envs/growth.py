@@ -108,7 +108,7 @@ class Growth(Episodes):
     def __init__(self, num_envs: int, render_mode: str | None, connected: bool, **trial: Any):
         super().__init__(render_mode)
         self.evaluator = Evaluator(render_mode=render_mode, **trial)
-        self.physics = self.evaluator.physics
+        self.physics, self.reward_space = self.evaluator.physics, self.evaluator.reward_space
         self.lattice, self.connected = self.evaluator.lattice, connected
         self.single_action_space = spaces.Discrete(ACTIVE + 1)
         sites = self.lattice.sites
@@ -142,7 +142,8 @@ class Growth(Episodes):
         self._next[which] += 1
         over = self._next[which] == self._rows.shape[1]
         observations, infos, films = self._shown(which)
-        rewards = np.zeros(len(which))
+        reward = () if self.reward_space is None else self.reward_space.shape
+        rewards = np.zeros((len(which), *reward))
         finals: Columns = {}
         if over.any():
             last = which[over]
@@ -196,7 +197,7 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Reward
     ------
-    0 until the last site; then as that of `SoftVoxEnv`, the fitness.
+    0 until the last site; then as that of `SoftVoxEnv`, the fitness or ``objectives``.
 
     End of an episode
     -----------------
@@ -220,7 +221,7 @@ class SoftVoxGrowEnv(SingleEnv):
         Whether the mask has only digits after which the robot can still end in one piece; whoever
         keeps to it builds one, and can build each. Else it has all. Other digits than the mask's
         are taken as well; once none leads to one piece any more, it has all again.
-    shape, physics, reality, task, heading, render_mode, from_table
+    shape, physics, reality, task, heading, objectives, render_mode, from_table
         As `SoftVoxEnv` takes them. Pictures show what stands; those of the last step the walk.
 
     Raises
@@ -267,7 +268,7 @@ class SoftVoxGrowVectorEnv(NativeVectorEnv):
     ----------
     num_envs, autoreset_mode, threads
         As `SoftVoxVectorEnv` takes them.
-    connected, shape, physics, reality, task, heading, render_mode, from_table
+    connected, shape, physics, reality, task, heading, objectives, render_mode, from_table
         As `SoftVoxGrowEnv` takes them; one for the whole batch.
 
     Raises
