@@ -208,7 +208,6 @@ def over_time(table: pd.DataFrame, column: str, *, title: str, ends: Mapping[str
     axes[0].set_xlim(1, max(float(table["unique"].max()), 2.0))
     axes[0].set_xscale("log")
     axes[0].xaxis.set_major_formatter("{x:g}")
-    axes[0].xaxis.set_minor_formatter("")
     axes[0].minorticks_off()
     made.supxlabel("unique evaluations")
     what = f"{_measure(table)}, voxel widths (IQM)" if is_banded else "share of runs and targets"
