@@ -244,7 +244,8 @@ def draw(curves: pd.DataFrame) -> bytes:
         rows = made.subplots(2, len(names), sharex="col", sharey="col", squeeze=False)
         for column, name in zip(rows.T, names, strict=True):
             own = curves[curves["problem"] == name]
-            for color, method in zip(style.COLOURS, PROBLEMS[name].methods, strict=False):
+            for i, method in enumerate(PROBLEMS[name].methods):
+                color = style.INK if method == "random" else style.COLOURS[(0, 1, 5)[i]]
                 for axis, value in zip(column, ("best", "recent"), strict=True):
                     table = own[own["method"] == method].pivot(
                         index="seed", columns="episodes", values=value
@@ -253,7 +254,7 @@ def draw(curves: pd.DataFrame) -> bytes:
                     axis.plot(table.columns, iqm(table.T), color=color, label=method)
             column[0].set_title(PROBLEMS[name].title)
             column[0].set_ylim(bottom=0)
-            column[0].legend(fontsize="small")
+            column[1].legend(fontsize="small", loc="upper left")
             column[1].set_xlabel("episodes")
         rows[0, 0].set_ylabel("best so far, voxel widths")
         rows[1, 0].set_ylabel(f"mean of the last {RECENT}")

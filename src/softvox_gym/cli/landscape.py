@@ -86,7 +86,7 @@ def add_parser(commands: Any) -> None:
         "landscape",
         help="simulate all 6561 designs into a table",
         description=DESCRIPTION,
-        usage="softvox landscape [--out DIR] [--force] [--analyse] [--phases P] [options]",
+        usage="softvox landscape [--out DIR] [--analyse] [--phases P] [options]",
     )
     parser.add_argument(
         "--out",
