@@ -1,6 +1,7 @@
 """A comparison on a Dask cluster gives the bits that it gives here, whatever dies meanwhile."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -123,6 +124,18 @@ def test_the_bits_are_those_of_runs_in_this_process(client, tmp_path):
     assert (outcome.before, outcome.repeated, outcome.missing) == (7, 5, 0)
     run_here(more, tmp_path / "here")
     assert results(tmp_path / "there") == results(tmp_path / "here")
+
+
+def test_dask_draws_nothing_from_what_runs_draw_from(client):
+    def is_left_alone():
+        from dask.sizeof import sizeof
+
+        clusters._part_from_dask()
+        before = random.getstate()
+        sizeof(list(range(1000)))  # as Dask's threads do, now and then
+        return random.getstate() == before
+
+    assert client.submit(is_left_alone, pure=False).result(PATIENCE)
 
 
 def test_a_worker_that_is_killed_changes_no_bit(client, tmp_path, own_modules):
@@ -378,6 +391,7 @@ def test_an_address_without_a_scheduler_is_named(monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["--scheduler", "tcp://a:b"], "must be local, slurm or an address as tcp"),
         (["--scheduler", "locl"], "must be local, slurm or an address as tcp://10.0.0.1:8786, got"),
         (["--scheduler", "tcp://a:1", "--workers", "2"], "those of tcp://a:1 have theirs"),
         (["--scheduler", "slurm", "--workers", "2"], "those of slurm have theirs"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import os
+import random
 import shutil
 import signal
 import sys
@@ -114,7 +115,7 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
                         raise ValueError(" ".join(str(refused[0]).split()))
                 client = Client(where, timeout=PATIENCE, set_as_default=False)
                 stack.callback(client.close)
-        except (OSError, RuntimeError, ValueError) as error:
+        except (OSError, RuntimeError, TypeError, ValueError) as error:
             raise BadInputError(f"--scheduler {scheduler}: {error}") from error
         yield client
 
@@ -244,12 +245,24 @@ def _work(
     worker = get_worker()
     if what := _difference(_worker_facts(*question, dask_worker=worker), expected):
         raise RuntimeError(f"worker {worker.address} {what}")
+    _part_from_dask()
     started, outcomes = time.monotonic(), []
     for task in chunk:
         outcomes.append(done(task, _environments()))
         if time.monotonic() - started > seconds:
             break
     return outcomes, time.monotonic() - started
+
+
+def _part_from_dask() -> None:
+    """Leave Python's global generator to the runs: Dask draws from it too, in threads beside."""
+    for name, module in list(sys.modules.items()):
+        is_its = name.partition(".")[0] in ("dask", "distributed", "tornado")
+        if is_its and getattr(module, "random", None) is random:
+            module.random = _OF_DASK  # type: ignore[attr-defined]
+
+
+_OF_DASK = random.Random()
 
 
 @cache
