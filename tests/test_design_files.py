@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from cli_process import snapshot
 
-from softvox_gym import Design
+from softvox_gym import Design, Lattice
 from softvox_gym.cli import main
 from softvox_gym.files import OutputError
 
@@ -57,6 +57,23 @@ def test_a_design_comes_back_from_its_file(design, ending, tmp_path):
 def test_the_json_is_as_documented(tmp_path):
     BEST.save(tmp_path / "best.json")
     assert json.loads((tmp_path / "best.json").read_text()) == WHOLE
+
+
+def test_a_design_of_several_phases_comes_back_from_json_and_is_no_vxa(tmp_path):
+    design, path = Design("30003334", shape=Lattice.of((2, 2, 2), phases=4)), tmp_path / "a.json"
+    design.save(path)
+    assert json.loads(path.read_text()) == {**WHOLE, "phases": 4, "digits": "30003334"}
+    assert Design.load(path) == design
+    with pytest.raises(ValueError, match=r"a \.vxa has no phases.* save it as \.json"):
+        design.save(tmp_path / "a.vxa")
+    for phases, message in (
+        (1.5, "must be a whole number"),
+        (9, "1 to 8"),
+        (2, "8 digits 0, 1, 2, 3"),
+    ):
+        path.write_text(json.dumps({**WHOLE, "phases": phases, "digits": "30003334"}))
+        with pytest.raises(ValueError, match=rf"a\.json: .*{message}"):
+            Design.load(path)
 
 
 def test_in_a_vxa_what_expands_is_active_or_what_one_says(tmp_path):
@@ -184,6 +201,6 @@ def test_the_command_line_takes_a_file_where_it_takes_a_design(tmp_path, capsys,
     assert main(["simulate", design.digits, "--shape", "3", "3", "1", *short]) == 0
     assert capsys.readouterr().out == of_file
     assert main(["simulate", "robot.json", "--shape", "3", "3", "3"]) == 2
-    assert "robot.json is on 3x3x1, not 3x3x3; drop --shape" in capsys.readouterr().err
+    assert "robot.json is on 3x3x1, not 3x3x3; drop --shape and --phases" in capsys.readouterr().err
     assert main(["simulate", "none.json"]) == 2
     assert "DESIGN none.json: No such file or directory" in capsys.readouterr().err

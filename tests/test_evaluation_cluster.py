@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from softvox_gym import Reality, cluster, evaluate
+from softvox_gym import Lattice, Reality, cluster, evaluate
 from softvox_gym.noise import Jakobi, MeasurementNoise
 
 SHORT = {"preset": "published", "duration": 1.3}
@@ -45,6 +45,9 @@ def assert_same_bits(one, other):
     if isinstance(one, np.ndarray):
         assert (one.shape, one.dtype) == (other.shape, other.dtype)
         assert one.tobytes() == other.tobytes()
+    elif type(one) is tuple:
+        for each in zip(one, other, strict=True):
+            assert_same_bits(*each)
     elif is_dataclass(one):
         for field in fields(one):
             assert_same_bits(getattr(one, field.name), getattr(other, field.name))
@@ -60,6 +63,7 @@ def assert_same_bits(one, other):
         {"perturbations": NOISE, "trials": 3, "seed": 5, "frames": 1000, "aggregate": "min"},
         {"seed": 3},
         {"perturbations": NOISE, "seed": 1, "objectives": ("energy", "straightness")},
+        {"perturbations": NOISE, "trials": 2, "seed": 1, "shape": Lattice.of((2, 2, 2), phases=2)},
     ],
 )
 def test_the_bits_are_those_of_one_call(client, options):

@@ -135,6 +135,7 @@ def test_phased_designs_move_as_their_kinds_with_their_phases(designs):
     evaluation = evaluate(numbers, BRIEF, shape=FOUR)
     assert evaluation.displacement[:, 0].tobytes() == wanted.displacement.tobytes()
     assert evaluation.lattice == FOUR
+    assert [evaluation.result.design(i) for i in range(4)] == designs
     np.testing.assert_array_equal(evaluation.designs, stack_of(designs))
     paused = Simulation(designs, physics)
     paused.advance(until=np.inf)

@@ -136,7 +136,8 @@ def _joined(
     results = [part.result for part in parts if part.result is not None]
     k = sum(map(len, results)) // len(stack)
     rows = (places[:, np.newaxis] * k + np.arange(k)).ravel()
-    return replace(parts[0], designs=stack, result=_result(results, rows), **columns)
+    result = _result(results, rows).of(np.repeat(stack, k, axis=0), parts[0].lattice)
+    return replace(parts[0], designs=stack, result=result, **columns)
 
 
 def _result(parts: Sequence[Result], rows: NDArray[np.int64]) -> Result:

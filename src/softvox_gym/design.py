@@ -19,6 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from softvox_gym import design_files
 from softvox_gym.lattice import FACES, Lattice, number_of
 
+#: The remedy for a digit too large.
+_MORE = "; shape=Lattice.of(shape, phases=P) has those up to P + 1"
+
 #: Designs that `buildable` looks at together.
 _AT_ONCE = 2**14
 
@@ -133,7 +136,8 @@ class Design:
         OSError
             For one that can't be read.
         """
-        return cls(design_files.load(Path(path), materials=materials))
+        array, lattice = design_files.load(Path(path), materials=materials)
+        return cls(array, shape=lattice)
 
     def save(self, path: str | PathLike[str], *, force: bool = False) -> None:
         """Write the design into a file, whole or not at all.
@@ -149,15 +153,11 @@ class Design:
         Raises
         ------
         ValueError
-            For another ending, or a design of several phases, which neither can say.
+            For another ending, or a .vxa of a design of several phases, which it can't say.
         softvox_gym.files.OutputError
             Where the file can't be written, or exists.
         """
-        if self.lattice.phases > 1:
-            raise ValueError(
-                f"a design of {self.lattice.phases} phases can't be saved; keep {self!r}"
-            )
-        design_files.save(Path(path), self.array, force=force)
+        design_files.save(Path(path), self.digits, self.lattice, force=force)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -334,7 +334,7 @@ def as_html(value: Any) -> str | None:
 def _digits_of_string(text: str, lattice: Lattice) -> bytes:
     _check_length(f"design {text[:80]!r}", len(text), lattice)
     if set(text) - set(digits_ascii[: lattice.states]):
-        raise ValueError(f"design {text[:80]!r} may have the digits {_known(lattice)} only")
+        raise ValueError(f"design {text[:80]!r} may have the digits {_known(lattice)} only{_MORE}")
     return text.encode("ascii").translate(_CHARACTER_TO_DIGIT)
 
 
@@ -407,7 +407,8 @@ def checked_digits(
         )
     if array.size and (array.min() < ABSENT or array.max() >= lattice.states):
         bad = array[(array < ABSENT) | (array >= lattice.states)].flat[0]
-        raise ValueError(f"{what} may have the digits {_known(lattice)} only, got {bad}")
+        more = _MORE if what == "designs" else ""
+        raise ValueError(f"{what} may have the digits {_known(lattice)} only, got {bad}{more}")
     return array.astype(np.uint8)
 
 

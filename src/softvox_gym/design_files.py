@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from softvox_gym.files import OutputError, check_file, write_file
 from softvox_gym.lattice import Lattice
 
-#: Digits indexed [x, y, z].
-Body = NDArray[np.uint8]
+#: Digits indexed [x, y, z], and their lattice.
+Body = tuple[NDArray[np.uint8], Lattice]
 
 FORMAT, VERSION = "softvox-gym design", 1
 
@@ -52,15 +52,14 @@ def is_design_file(name: str) -> bool:
     return Path(name).suffix.lower() in _KINDS
 
 
-def save(path: Path, body: Body, *, force: bool = False) -> None:
+def save(path: Path, digits: str, lattice: Lattice, *, force: bool = False) -> None:
     """Write a design into a file, as what the name ends in says; see `Design.save`."""
     write, _ = _kind(path)
+    content = write(lattice, digits).encode("ascii")
     if os.path.lexists(path) and not force:
         raise OutputError(f"{path} exists; choose another, or replace it with force=True")
     check_file(path, force=True)
-    lattice = Lattice.of(body.shape)
-    text = "".join(map(str, lattice.to_rows(body).tolist()))
-    write_file(path, write(lattice, text).encode("ascii"), force=force)
+    write_file(path, content, force=force)
 
 
 def load(path: Path, *, materials: Mapping[int, int] | None = None) -> Body:
@@ -79,8 +78,9 @@ def load(path: Path, *, materials: Mapping[int, int] | None = None) -> Body:
 
 
 def _json(lattice: Lattice, digits: str) -> str:
-    data = {"format": FORMAT, "version": VERSION, "shape": list(lattice), "digits": digits}
-    return json.dumps(data, indent=1) + "\n"
+    data = {"format": FORMAT, "version": VERSION, "shape": list(lattice)}
+    more = {"phases": lattice.phases} if lattice.phases > 1 else {}
+    return json.dumps({**data, **more, "digits": digits}, indent=1) + "\n"
 
 
 def _read_json(content: bytes, _: object) -> Body:
@@ -96,24 +96,27 @@ def _read_json(content: bytes, _: object) -> Body:
             f"{VERSION}; install one that reads it"
         )
     # What a key says that is not known here may make it another robot.
+    phases = data.pop("phases", 1)
     if others := sorted(data.keys() ^ {"format", "version", "shape", "digits"}):
         raise ValueError(f"has or lacks the key {_shown(others[0])}; save the design anew")
     shape, digits = data["shape"], data["digits"]
     if not (isinstance(shape, list) and all(type(side) is int for side in shape)):
         raise ValueError(f"shape must be three whole numbers, got {_shown(shape)}")
-    return _body(shape, digits, dict(zip("012", range(3), strict=True)))
+    if type(phases) is not int:
+        raise ValueError(f"phases must be a whole number, got {_shown(phases)}")
+    lattice = Lattice.of(shape, phases=phases)
+    return _body(lattice, digits, {str(digit): digit for digit in range(lattice.states)})
 
 
-def _body(shape: list[int], text: Any, digits: Mapping[str, int]) -> Body:
+def _body(lattice: Lattice, text: Any, digits: Mapping[str, int]) -> Body:
     """Return a body of a text with a character for each site, and the digit of each character."""
-    lattice = Lattice.of(shape)
     if not isinstance(text, str) or len(text) != lattice.sites or set(text) - set(digits):
         raise ValueError(
             f"a {lattice} design must be {lattice.sites} digits {', '.join(digits)}, got "
             f"{_shown(text)}"
         )
     rows = np.array([digits[character] for character in text], dtype=np.uint8)
-    return lattice.to_stack(rows)
+    return lattice.to_stack(rows), lattice
 
 
 def _shown(value: Any) -> str:
@@ -122,6 +125,8 @@ def _shown(value: Any) -> str:
 
 
 def _vxa(lattice: Lattice, digits: str) -> str:
+    if lattice.phases > 1:
+        raise ValueError(f"a .vxa has no phases, and the design is on {lattice}; save it as .json")
     area = lattice.nx * lattice.ny
     layers = [digits[begin : begin + area] for begin in range(0, len(digits), area)]
     marked = (f"<Layer><![CDATA[{layer}]]></Layer>\n" for layer in layers)
@@ -164,7 +169,7 @@ def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
             f"has voxels of material {_shown(min(unknown))}, which its palette lacks; say what it "
             "is with materials={...}"
         )
-    return _body(shape, text, {str(number): digit for number, digit in known.items()})
+    return _body(lattice, text, {str(number): digit for number, digit in known.items()})
 
 
 def _id(material: ElementTree.Element) -> int:

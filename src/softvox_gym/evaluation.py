@@ -307,16 +307,15 @@ def evaluate(
     options["energy"] = "energy" in asked
     if not perturbations or not len(stack):
         result = reality.simulate(kinds, phase=phase, **options)
-        evaluation = _evaluation(stack, result, samples, aggregate, task, asked)
-        return replace(evaluation, phases=lattice.phases).repeated(trials)
+        evaluation = _evaluation(stack, lattice, result, samples, aggregate, task, asked)
+        return evaluation.repeated(trials)
     phases: Any = [None] * len(stack) if phase is None else phase
     drawn = [
         _disturbed(reality.trials(design, trials, phase=ahead), perturbations, rng)
         for design, ahead, rng in zip(kinds, phases, generators, strict=True)
     ]
     result = reality.run(np.repeat(kinds, trials, axis=0), Trials.joined(drawn), **options)
-    evaluation = _evaluation(stack, result, samples, aggregate, task, asked)
-    evaluation = replace(evaluation, phases=lattice.phases)
+    evaluation = _evaluation(stack, lattice, result, samples, aggregate, task, asked)
     measure(evaluation.fitness, evaluation.diverged, perturbations, generators)
     return evaluation
 
@@ -378,6 +377,7 @@ def _disturbed(
 
 def _evaluation(
     stack: NDArray[np.uint8],
+    lattice: Lattice,
     result: Result,
     samples: int,
     aggregate: str,
@@ -399,8 +399,9 @@ def _evaluation(
         track=track.reshape(n, k, samples, 3),
         steps=result.steps.astype(np.int64).reshape(n, k),
         aggregate=aggregate,
-        result=result,
+        result=result.of(np.repeat(stack, k, axis=0), lattice),
         task=task,
         energy=None if result.energy is None else result.energy.reshape(n, k),
         asked=asked,
+        phases=lattice.phases,
     )

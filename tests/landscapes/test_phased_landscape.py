@@ -154,7 +154,8 @@ def test_the_environment_answers_from_the_table_with_the_same_bits():
     action = TWO.digits([50000])[0].astype(np.int64)
     answers = []
     for from_table in (False, True):
-        env = SoftVoxEnv(phases=2, from_table=from_table)
+        directed = {"task": "directed", "heading": 90.0, "objectives": ("heading", "voxels")}
+        env = SoftVoxEnv(phases=2, from_table=from_table, **directed)
         env.reset(seed=0)
         answers.append(env.step(action))
     (track, *simulated), (ends, *known) = answers

@@ -120,7 +120,8 @@ def _wrapped(env: Any, *, name: str, **options: Any) -> Any:
     if ":" in name:
         kind = found(name)
     else:
-        known = [name for name in vector.__all__ if name != "is_noisy"]
+        # The oracle's actions are digits.
+        known = [name for name in vector.__all__ if name not in ("DiscreteAction", "is_noisy")]
         if name not in known:
             raise ValueError(
                 f"there is no wrapper {name!r}{meant(name, known)}; they are {', '.join(known)}, "

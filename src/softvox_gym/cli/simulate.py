@@ -111,20 +111,20 @@ def run(args: Namespace) -> int:
 def design_of(text: str, shape: tuple[int, int, int], phases: int = 1) -> Design:
     """Return the design that a number, digits or a file stand for; BadInputError for anything else.
 
-    A file has its lattice; a shape other than the default must be the same.
+    A file has its lattice; a shape or phases other than the default must be the same.
     """
-    with bad_input("--shape:"):
-        lattice = Lattice.of(shape)
-    if is_design_file(text):
-        with bad_input("DESIGN"):
-            design = Design.load(text)
-        if lattice not in (Lattice(), design.lattice):
-            raise BadInputError(f"{text} is on {design.lattice}, not {lattice}; drop --shape")
-        return design
     try:
         lattice = Lattice.of(shape, phases=phases)
     except ValueError as error:
         raise BadInputError(f"--{error}") from None
+    if is_design_file(text):
+        with bad_input("DESIGN"):
+            design = Design.load(text)
+        if lattice not in (Lattice(), design.lattice):
+            raise BadInputError(
+                f"{text} is on {design.lattice}, not {lattice}; drop --shape and --phases"
+            )
+        return design
     try:
         return written(text, lattice)
     except ValueError as error:

@@ -424,31 +424,21 @@ def looked_up(
 
     Of several phases the track has its start and its end alone, and there must be a table.
     """
-    if lattice != LATTICE:
-        return _looked_up_phased(stack, task, lattice)
-    design = LATTICE.numbers(LATTICE.to_rows(stack))
-    track, steps = tracks()
-    end = track[design, -1]
-    return Evaluation(
-        designs=stack,
-        fitness=task.reward(end)[:, np.newaxis],
-        displacement=end[:, np.newaxis],
-        track=track[design][:, np.newaxis],
-        steps=steps[design].astype(np.int64)[:, np.newaxis],
-        task=task,
-    )
-
-
-def _looked_up_phased(stack: NDArray[np.uint8], task: Task, lattice: Lattice) -> Evaluation:
-    found = _needed(lattice)
     design = lattice.numbers(lattice.to_rows(stack))
-    end = found.displacement[design]
+    if lattice == LATTICE:
+        track, steps = (values[design] for values in tracks())
+    else:
+        known_ends, known_steps = _needed(lattice)
+        end, steps = known_ends[design], known_steps[design]
+        track = np.stack([np.where(np.isnan(end), end, 0.0), end], axis=1)
+    end = track[:, -1]
     return Evaluation(
         designs=stack,
         fitness=np.nan_to_num(task.reward(end))[:, np.newaxis],
         displacement=end[:, np.newaxis],
-        track=np.stack([np.where(np.isnan(end), end, 0.0), end], axis=1)[:, np.newaxis],
-        steps=found.steps[design].astype(np.int64)[:, np.newaxis],
+        track=track[:, np.newaxis],
+        steps=steps.astype(np.int64)[:, np.newaxis],
+        task=task,
         phases=lattice.phases,
     )
 
