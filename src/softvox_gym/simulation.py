@@ -282,6 +282,12 @@ def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
         raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
+def check_flag(name: str, value: Any) -> None:
+    """Make sure that an argument is True or False; TypeError, naming it, where it is not."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {value!r}")
+
+
 def spaced(steps: int, count: int) -> int:
     """Return how many steps from frame to frame give nearly so many, the last close to the end."""
     least = max(1, steps // count)

@@ -234,6 +234,8 @@ def test_an_environment_of_a_vector_is_saved_as_a_single_one():
     env.step(env.action_space.high)
     envs.step(np.stack([env.action_space.low, env.action_space.high]))
     assert envs.unwrapped.save(1) == env.unwrapped.save() != envs.unwrapped.save(0)
+    with pytest.raises(ValueError, match="number must be at least 0 and at most 1, got 2"):
+        envs.unwrapped.save(2)
 
 
 def test_foreign_bytes_are_refused():
@@ -255,6 +257,7 @@ def test_foreign_bytes_are_refused():
         {"physics": SHORT, "design": 6452},
         {"physics": SHORT, "interval": 0.5},
         {"physics": {**SHORT, "friction_static": 0.9}},
+        {"physics": SHORT, "design": "00021222", "shape": (4, 2, 1)},
     ):
         with pytest.raises(ValueError, match="another design, physics or interval"):
             make(**others).unwrapped.restore(saved)
@@ -283,6 +286,7 @@ def test_what_is_over_or_not_begun_cant_be_stepped_or_saved():
         ({"design": 6453, "shape": (0, 2, 2)}, ValueError, "shape"),
         ({"interval": 0}, ValueError, "interval must be finite and at least a time step"),
         ({"interval": np.nan}, ValueError, "interval"),
+        ({"interval": 10**400}, ValueError, "interval must be finite"),
         ({"interval": "1"}, TypeError, "interval must be a number of cycles"),
         ({"interval": True}, TypeError, "interval must be a number of cycles"),
         ({"groups": "yes"}, TypeError, "groups must be True or False"),

@@ -213,6 +213,9 @@ def test_bad_arguments_are_refused_when_it_is_made():
     for options in ({"num_envs": 0}, {"num_envs": 2.5}, {"threads": 0}, {"shape": (2, 2)}):
         with pytest.raises((TypeError, ValueError), match=next(iter(options))):
             SoftVoxGrowVectorEnv(**options)
+    for flag in ("connected", "from_table"):
+        with pytest.raises(TypeError, match=f"{flag} must be True or False, got 'no'"):
+            make(**{flag: "no"})
     with pytest.raises(TypeError, match="conected"):
         make(conected=True)
     with pytest.raises(ValueError, match="render_mode"):

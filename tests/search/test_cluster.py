@@ -1,12 +1,13 @@
 """A comparison on a Dask cluster gives the bits that it gives here, whatever dies meanwhile."""
 
-import json
 import os
+import random
 import signal
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from softvox_search.experiment.cluster import connected, do_all
 from softvox_search.experiment.pool import SINGLE
 from softvox_search.experiment.schema import UsageError
 
+dask = pytest.importorskip("dask")
 pytest.importorskip("distributed")
 # What Dask leaves for the interpreter's end to close.
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
@@ -51,6 +53,22 @@ class Ill(SearcherBase):
             os.kill(os.getpid(), signal.SIGKILL)
         return np.arange(20)
 """
+
+
+#: s, after which a wait for a process that never comes ends a test, whoever waits.
+PATIENCE = 240
+
+
+@pytest.fixture(autouse=True)
+def _nothing_waits_for_ever():
+    def end(*_):
+        raise TimeoutError(f"waited for {PATIENCE} s")
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(PATIENCE)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture(scope="module")
@@ -108,10 +126,22 @@ def test_the_bits_are_those_of_runs_in_this_process(client, tmp_path):
     assert results(tmp_path / "there") == results(tmp_path / "here")
 
 
+def test_dask_draws_nothing_from_what_runs_draw_from(client):
+    def is_left_alone():
+        from dask.sizeof import sizeof
+
+        clusters._part_from_dask()
+        before = random.getstate()
+        sizeof(list(range(1000)))  # as Dask's threads do, now and then
+        return random.getstate() == before
+
+    assert client.submit(is_left_alone, pure=False).result(PATIENCE)
+
+
 def test_a_worker_that_is_killed_changes_no_bit(client, tmp_path, own_modules):
     own_modules(str(tmp_path))
     experiment = ill(tmp_path, "killed_once", "deaths = 1")
-    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)])
+    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)], say=str)
     assert outcome.failed == []
     assert (tmp_path / "died0").exists()
     run_here(experiment, tmp_path / "here")
@@ -122,7 +152,7 @@ def test_a_run_that_kills_every_worker_fails_alone(client, tmp_path, own_modules
     own_modules(str(tmp_path))
     monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
     experiment = ill(tmp_path, "kills_always", "deaths = 99")
-    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)])
+    outcome = run_there(client, experiment, tmp_path / "there", folders=[str(tmp_path)], say=str)
     ((run, failed),) = outcome.failed
     assert run.kind == "kills_always:Ill"
     assert failed.error == "1 worker died doing it alone (distributed.scheduler.allowed-failures)"
@@ -132,7 +162,7 @@ def test_a_run_that_kills_every_worker_fails_alone(client, tmp_path, own_modules
 
 def test_a_slow_worker_holds_no_other_run_up(client, tmp_path, own_modules):
     own_modules(str(tmp_path))
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=PATIENCE)
     experiment = ill(tmp_path, "slow", "waits = true")
     done = []
 
@@ -176,10 +206,12 @@ def worker_of_other_versions(no_workers):
         env={**os.environ, **SINGLE},
         stderr=subprocess.DEVNULL,
     )
-    no_workers.wait_for_workers(1)
-    yield no_workers
-    process.kill()
-    process.wait()
+    try:
+        wait_for(no_workers.nthreads, process)
+        yield no_workers
+    finally:
+        process.kill()
+        process.wait()
 
 
 OTHER = r"^worker tcp://\S+ has numpy 1\.0, and here it is {}: its results may be others; install "
@@ -216,35 +248,61 @@ def test_in_what_a_worker_differs_is_said_with_the_remedy(found, said):
     assert bool(clusters._difference({**here, **found}, here)) == bool(said)
 
 
-def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_is_kept(client, tmp_path):
-    name = tmp_path / "scheduler.json"
-    start = partial(subprocess.Popen, start_new_session=True, stderr=subprocess.DEVNULL)
-    options = ["--scheduler-file", name, "--no-dashboard"]
-    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", *options]
-    scheduler = start([*command, "--host", "127.0.0.1"])
-    command = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1"]
-    worker = start([*command, "--no-nanny", *options], env={**os.environ, **SINGLE})
+#: A scheduler with a worker, in a process that says its address.
+SERVED = """\
+from distributed import LocalCluster
+
+options = {"processes": False, "protocol": "tcp", "dashboard_address": None}
+with LocalCluster(n_workers=1, threads_per_worker=1, **options) as cluster:
+    print(cluster.scheduler_address, flush=True)
+    input()
+"""
+
+
+@pytest.fixture
+def served():
+    process = subprocess.Popen(
+        [sys.executable, "-c", SERVED],
+        env={**os.environ, **SINGLE},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    with process:
+        yield process
+        process.kill()
+
+
+def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_is_kept(served, client, tmp_path):
+    address = served.stdout.readline().strip()
     experiment = experiment_of(tmp_path, SMALL)
-    try:
-        wait_for(name.exists, scheduler)
-        address = json.loads(name.read_text())["address"]
-        with connected(address) as theirs:
-            theirs.wait_for_workers(1)
-            with pytest.raises(UsageError, match=f"the scheduler {address} is lost; what is done"):
-                run_there(
-                    theirs,
-                    experiment,
-                    tmp_path / "there",
-                    progress=lambda count, _: count and scheduler.kill(),
-                )
-    finally:
-        for process in (scheduler, worker):
-            process.kill()
-            process.wait()
+    with connected(address) as theirs:
+
+        def lose(count, _):
+            if count == 1:
+                served.kill()
+                wait_for(lambda: theirs.status != "running")
+
+        with pytest.raises(UsageError, match=f"the scheduler {address} is lost; what is done"):
+            run_there(theirs, experiment, tmp_path / "there", progress=lose)
     outcome = run_there(client, experiment, tmp_path / "there")
-    assert outcome.before >= 1
+    assert outcome.before == 1
     run_here(experiment, tmp_path / "here")
     assert results(tmp_path / "there") == results(tmp_path / "here")
+
+
+def test_a_scheduler_that_is_lost_in_a_call_is_told_as_one(tmp_path):
+    experiment = experiment_of(tmp_path, SMALL)
+    tasks = list(enumerate(experiment.runs()))
+    lost = Mock(status="running", scheduler=Mock(address="tcp://there:1"))
+    lost.run.return_value = {}
+    lost.nthreads.side_effect = OSError("timed out")
+    with pytest.raises(UsageError, match=r"^the scheduler tcp://there:1 is lost; "):
+        list(do_all(tasks, client=lost, experiment=experiment, say=pytest.fail))
+    lost.nthreads.side_effect = AssertionError("a fault of ours")
+    with pytest.raises(AssertionError, match="a fault of ours"):
+        list(do_all(tasks, client=lost, experiment=experiment, say=pytest.fail))
 
 
 def start(folder, *arguments):
@@ -265,10 +323,13 @@ def start(folder, *arguments):
 
 def stopped(process, folder):
     """Stop a comparison as a terminal does, once a run is done; return what it started."""
-    wait_for(lambda: list(folder.glob("results/exp/runs/*.parquet")), process)
-    started = descendants(process.pid) if Path("/proc/self/stat").exists() else []
-    os.killpg(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    try:
+        wait_for(lambda: list(folder.glob("results/exp/runs/*.parquet")), process)
+        started = descendants(process.pid) if Path("/proc/self/stat").exists() else []
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
+    finally:
+        process.kill()
     assert (process.returncode, out) == (130, "")
     assert err == "softvox: stopped: SIGINT, what is done is kept; the same command goes on\n"
     return started
@@ -284,10 +345,25 @@ def test_stopped_it_leaves_another_cluster_usable(client, tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 def test_stopped_it_leaves_nothing_of_its_own_cluster(tmp_path):
-    process = start(tmp_path, "local", "--workers", "2")
+    process = start(tmp_path, "local", "--workers", "1")
     started = stopped(process, tmp_path)
     assert len(started) >= 2
     wait_for_end_of(started)
+
+
+def test_jobs_that_are_refused_are_one_line_with_the_reason(tmp_path, monkeypatch, caplog):
+    pytest.importorskip("dask_jobqueue")
+    (tmp_path / "sbatch").write_text("#!/bin/sh\necho no such partition >&2\nexit 1\n")
+    (tmp_path / "sbatch").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    refused = pytest.raises(BadInputError, match=r"^--scheduler slurm: .* no such partition$")
+    with (
+        dask.config.set({"jobqueue.slurm.cores": 1, "jobqueue.slurm.memory": "1GB"}),
+        refused,
+        connected("slurm", jobs=2),
+    ):
+        pass
+    assert caplog.records == []
 
 
 def test_without_workers_it_says_so_and_waits(no_workers, tmp_path):
@@ -300,7 +376,7 @@ def test_without_workers_it_says_so_and_waits(no_workers, tmp_path):
 
     outcome = run_there(no_workers, experiment, tmp_path / "there", say=say)
     assert outcome.missing == 0
-    assert said == [f"{no_workers.scheduler.address} has no workers yet; waiting for one"]
+    assert said == [f"{no_workers.scheduler.address} has no workers; waiting for one"]
 
 
 def test_an_address_without_a_scheduler_is_named(monkeypatch):
@@ -315,6 +391,7 @@ def test_an_address_without_a_scheduler_is_named(monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["--scheduler", "tcp://a:b"], "must be local, slurm or an address as tcp"),
         (["--scheduler", "locl"], "must be local, slurm or an address as tcp://10.0.0.1:8786, got"),
         (["--scheduler", "tcp://a:1", "--workers", "2"], "those of tcp://a:1 have theirs"),
         (["--scheduler", "slurm", "--workers", "2"], "those of slurm have theirs"),

@@ -179,7 +179,7 @@ def part(text: str) -> tuple[int, int]:
 
 def scheduler(text: str) -> str:
     """Read where a Dask scheduler is."""
-    if text not in ("local", "slurm") and not re.fullmatch(r"\w+://.+", text):
+    if text not in ("local", "slurm") and not re.fullmatch(r"\w+://.+:\d+/?", text):
         raise argparse.ArgumentTypeError(
             f"must be local, slurm or an address as tcp://10.0.0.1:8786, got {text!r}"
         )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import os
+import random
 import shutil
 import signal
 import sys
@@ -66,7 +67,7 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
         Where no scheduler answers, or no cluster can be started.
     """
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, Status
 
     # Dask tells in many lines what becomes one error here, and of workers that it replaces.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
@@ -87,18 +88,34 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
                     stack.callback(_kill, where)
                 elif scheduler == "slurm":
                     from dask_jobqueue import SLURMCluster
+                    from dask_jobqueue.slurm import SLURMJob
+
+                    refused: list[Exception] = []
+
+                    class Job(SLURMJob):  # type: ignore[misc]
+                        async def start(self) -> None:
+                            try:
+                                await super().start()
+                            except (RuntimeError, ValueError) as error:  # Dask would log it
+                                refused.append(error)
+                                self.status = Status.running
 
                     if shutil.which("sbatch") is None:
                         raise ValueError("there is no sbatch here; say it where jobs are submitted")
                     n = dask.config.get("jobqueue.slurm.cores") or 1  # a run at a time in each
-                    where = SLURMCluster(processes=n, n_workers=jobs * n)
+                    where = SLURMCluster(
+                        processes=n,
+                        n_workers=jobs * n,
+                        job_cls=Job,
+                        scheduler_options={"dashboard_address": ":0"},
+                    )
                     stack.callback(_close, where)
                     where.__enter__()  # until the jobs are submitted
-                    if not all(job.job_id for job in where.workers.values()):
-                        raise ValueError("sbatch took no job")
+                    if refused:
+                        raise ValueError(" ".join(str(refused[0]).split()))
                 client = Client(where, timeout=PATIENCE, set_as_default=False)
                 stack.callback(client.close)
-        except (OSError, RuntimeError, ValueError) as error:
+        except (OSError, RuntimeError, TypeError, ValueError) as error:
             raise BadInputError(f"--scheduler {scheduler}: {error}") from error
         yield client
 
@@ -133,7 +150,7 @@ def do_all(
     folders : sequence of str
         Where workers look for the experiment's modules too.
     say : callable (message)
-        Called once where there is no worker to do them.
+        Called whenever there is no worker to do them.
 
     Raises
     ------
@@ -168,15 +185,18 @@ def _do_all(
     if not tasks:
         return
     _check_workers(client, question, expected)
-    if not client.nthreads():
-        say(f"{_address(client)} has no workers yet; waiting for one")
-    left, size = deque(tasks), 1
+    left, size, is_waiting = deque(tasks), 1, False
     flying: dict[str, tuple[Any, list[Task]]] = {}
     suspects: dict[str, Task] = {}  # of chunks whose workers died
     ready: Queue[Any] = Queue()
     try:
         while left or flying or suspects:
-            slots = max(1, sum(client.nthreads().values()))
+            if client.status != "running":
+                raise OSError("the connection is closed")
+            slots = sum(client.nthreads().values())
+            if not slots and not is_waiting:
+                say(f"{_address(client)} has no workers; waiting for one")
+            slots, is_waiting = max(1, slots), not slots
             seconds = max(SECONDS, slots * SECONDS_PER_WORKER)
             chunks: list[list[Task]] = []
             while left and len(flying) + len(chunks) < slots:  # none waits behind a slow one
@@ -225,12 +245,24 @@ def _work(
     worker = get_worker()
     if what := _difference(_worker_facts(*question, dask_worker=worker), expected):
         raise RuntimeError(f"worker {worker.address} {what}")
+    _part_from_dask()
     started, outcomes = time.monotonic(), []
     for task in chunk:
         outcomes.append(done(task, _environments()))
         if time.monotonic() - started > seconds:
             break
     return outcomes, time.monotonic() - started
+
+
+def _part_from_dask() -> None:
+    """Leave Python's global generator to the runs: Dask draws from it too, in threads beside."""
+    for name, module in list(sys.modules.items()):
+        is_its = name.partition(".")[0] in ("dask", "distributed", "tornado")
+        if is_its and getattr(module, "random", None) is random:
+            module.random = _OF_DASK  # type: ignore[attr-defined]
+
+
+_OF_DASK = random.Random()
 
 
 @cache

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, ceil, degrees, hypot, isfinite, pi
+from math import atan2, ceil, degrees, hypot, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +34,7 @@ from softvox_gym.paused import Simulation, State, sealed, unsealed
 from softvox_gym.portable import cos_sin
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import AIM, AZIMUTH, NOWHERE, Pose, Walk, fitting_distance, render
-from softvox_gym.simulation import check_threads
+from softvox_gym.simulation import check_count, check_flag, check_threads
 from softvox_gym.tasks import Task
 
 Array = NDArray[np.float64]
@@ -226,7 +227,8 @@ class Control(Episodes):
     @property
     def _identity(self) -> str:
         """What tells which environments can go on with an episode."""
-        facts = json.dumps([self.design.digits, self.physics.to_dict(), self.interval])
+        body = [*self.lattice, self.design.digits]
+        facts = json.dumps([body, self.physics.to_dict(), self.interval])
         actuation = self._strain.tobytes() + self._phase.tobytes()
         return hashlib.sha256(facts.encode() + actuation).hexdigest()
 
@@ -393,8 +395,7 @@ def _is_lost(displacement: Array) -> NDArray[np.bool_]:
 
 def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
     """Return the sites that each slot of an action drives."""
-    if not isinstance(are_grouped, (bool, np.bool_)):
-        raise TypeError(f"groups must be True or False, got {are_grouped!r}")
+    check_flag("groups", are_grouped)
     active = design.array == ACTIVE
     if not active.any():
         raise ValueError(
@@ -414,7 +415,7 @@ def _interval(interval: float, shortest: float) -> float:
     is_number = isinstance(interval, (int, float, np.integer, np.floating))
     if not is_number or isinstance(interval, (bool, np.bool_)):
         raise TypeError(f"interval must be a number of cycles, got {interval!r}")
-    if not (isfinite(interval) and interval >= shortest):
+    if not shortest <= interval <= sys.float_info.max:
         raise ValueError(
             f"interval must be finite and at least a time step ({shortest:.2g} cycles), got "
             f"{interval}"
@@ -646,6 +647,7 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
 
     def save(self, number: int = 0) -> bytes:
         """Return the episode of one environment as it stands, as a single one does."""
+        check_count("number", number, least=0, most=self.num_envs - 1)
         return self.episodes.save(number)
 
     def restore(self, saved: bytes) -> NDArray[np.float32]:

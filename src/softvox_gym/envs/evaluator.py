@@ -34,7 +34,7 @@ from softvox_gym.objectives import objectives_of
 from softvox_gym.physics import Physics
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import Pose, Stage, Walk
-from softvox_gym.simulation import Result, check_threads, sample_count, spaced
+from softvox_gym.simulation import Result, check_flag, check_threads, sample_count, spaced
 from softvox_gym.tasks import Task
 
 #: Objectives for which the ends of a track suffice.
@@ -103,6 +103,7 @@ class Evaluator(Episodes):
     ) -> None:
         super().__init__(render_mode)
         check_threads(threads)
+        check_flag("from_table", from_table)
         self.lattice = Lattice.of(shape, phases=phases)
         self.reality = reality_of(physics, reality)
         self.physics = self.reality.physics

@@ -19,7 +19,7 @@ from softvox_gym.envs.vector import NativeVectorEnv
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import rest_pose
 from softvox_gym.rendering import fitting_distance, render
-from softvox_gym.simulation import check_count
+from softvox_gym.simulation import check_count, check_flag
 
 Bools = NDArray[np.bool_]
 
@@ -107,6 +107,7 @@ class Growth(Episodes):
 
     def __init__(self, num_envs: int, render_mode: str | None, connected: bool, **trial: Any):
         super().__init__(render_mode)
+        check_flag("connected", connected)
         self.evaluator = Evaluator(render_mode=render_mode, **trial)
         self.physics, self.reward_space = self.evaluator.physics, self.evaluator.reward_space
         self.lattice, self.connected = self.evaluator.lattice, connected

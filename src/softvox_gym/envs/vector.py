@@ -52,8 +52,7 @@ def _first_number(part: Part) -> int:
 class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """A vector environment that plays its episodes side by side.
 
-    ``reset`` and ``step`` return what those of a ``SyncVectorEnv`` of single environments do:
-    observations, rewards, infos with their masks, in every autoreset mode; the seeds are the same.
+    It returns what a ``SyncVectorEnv`` of single ones does; see `SoftVoxVectorEnv`.
     """
 
     def __init__(
