@@ -1,0 +1,5 @@
+"""Trials of real robots: a database that grows, held against what was simulated."""
+
+from softvox_gym.trials.trial import Trial, TrialError
+
+__all__ = ["Trial", "TrialError"]
