@@ -93,15 +93,15 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
             where = f"{path}, line {line}"
             try:
                 trial = design_in(record["design"], Lattice()).index, record["trial"]
-                cycle, x, y = (number(name, record[name]) for name in COLUMNS[2:])
+                cycle, x, y = (number_in(name, record[name]) for name in COLUMNS[2:])
             except ValueError as error:
                 raise CsvError(f"{where}: {error}") from None
             points = tracks.setdefault(trial, [])
             fault = _fault(points, (cycle, x, y), most_cycles)
             if source.setdefault(trial, path) != path:
                 fault = (
-                    f"design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as well; give one "
-                    "of them another name, or leave one of the files out"
+                    f"design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as well; give "
+                    "one of them another name, or leave one of the files out"
                 )
             if fault:
                 raise CsvError(f"{where}: {fault}")
@@ -223,7 +223,7 @@ def design_in(text: str, lattice: Lattice) -> Design:
     return design
 
 
-def number(name: str, text: str) -> float:
+def number_in(name: str, text: str) -> float:
     """Return the finite number that a file has in a column; ValueError where it has none."""
     try:
         value = float(text.replace("_", "?"))
