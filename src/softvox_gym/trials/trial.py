@@ -224,15 +224,19 @@ class Trial:
 
     def to_bytes(self) -> bytes:
         """Return the content of its file: JSON, a key per line and a point per line."""
-        facts = {name: _plain(getattr(self, name)) for name in _KEYS}
-        facts["design"] = self.design.digits
-        sides = [int(side) for side in self.design.shape]
-        shape = {"shape": sides, "phases": int(self.design.lattice.phases)}
-        lines = [f"{_json(k)}: {_json(v)}" for k, v in {**_HEAD, **shape, **facts}.items()]
+        lines = [f"{_json(key)}: {_json(value)}" for key, value in self.facts.items()]
         points = np.column_stack([self.cycle, self.position]).tolist()
-        track = _json([[int(v) if v.is_integer() else v for v in point] for point in points])
+        track = _json([[_plain(value) for value in point] for point in points])
         lines.append('"track": [\n' + track[1:-1].replace("], [", "],\n[") + "\n]")
         return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """All that its file says, but for the track."""
+        sides = [int(side) for side in self.design.shape]
+        own = {name: _plain(getattr(self, name)) for name in _KEYS}
+        lattice = {"shape": sides, "phases": int(self.design.lattice.phases)}
+        return {**_HEAD, **lattice, **own, "design": self.design.digits}
 
     @cached_property
     def digest(self) -> str:
@@ -396,7 +400,9 @@ def _shown(value: Any) -> str:
 
 def _plain(value: Any) -> Any:
     """Return a number as an int where it is whole, so that it is written one way."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value
 
 
 def _json(value: Any) -> str:
