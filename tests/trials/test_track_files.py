@@ -1,4 +1,3 @@
-import doctest
 from pathlib import Path
 
 import malformed_tracks as files
@@ -8,7 +7,7 @@ import pytest
 from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import CsvError
-from softvox_gym.trials import TrialError, track_files
+from softvox_gym.trials import TrialError
 from softvox_gym.trials.track_files import Film, read_track_files, trials_of
 
 FACTS = {
@@ -35,11 +34,6 @@ def read(content, *, film=None, design=BEST, **options):
 def one(content, **options):
     (found,) = read(content, **options)
     return found.trial
-
-
-def test_the_example_does_what_it_shows():
-    (test,) = [t for t in doctest.DocTestFinder().find(track_files) if t.examples]
-    assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_this_packages_csv_holds_many_trials_in_the_order_in_which_they_begin():

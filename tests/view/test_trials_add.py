@@ -1,9 +1,16 @@
 import json
+import re
+import shlex
+from pathlib import Path
 
 import pytest
 from cli_process import snapshot, softvox
+from malformed_tracks import malformed
 
+from softvox_gym.cli import main
 from softvox_gym.trials.database import read
+
+PAGE = Path(__file__).parents[2] / "docs" / "trials.md"
 
 RUN = (
     *("--surface", "acrylic", "--powder", "cornstarch", "--pressure-kpa", "6"),
@@ -44,7 +51,7 @@ def folder(tmp_path):
 
 def test_tracks_are_added_and_the_same_again_completes_what_was_interrupted(folder):
     rehearsed = softvox("trials", "add", "real.csv", *RUN, "--dry-run", cwd=folder)
-    assert rehearsed.stdout.endswith("\n3 would be added to trials, 0 were there already\n")
+    assert rehearsed.stdout.endswith("\n3 trials would be added to trials, 0 were there already\n")
     assert not (folder / "trials").exists()
     done = softvox("trials", "add", "real.csv", *RUN, cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
@@ -54,12 +61,12 @@ def test_tracks_are_added_and_the_same_again_completes_what_was_interrupted(fold
         ["6453", "2", "2", "0", "2", "1.41", "45"],
         ["573", "1", "2", "0", "2", "0.01", "-"],
     ]
-    assert done.stdout.endswith("\n3 added to trials, 0 were there already\n")
+    assert done.stdout.endswith("\n3 trials added to trials, 0 were there already\n")
     made = snapshot(folder / "trials")
     assert sorted(name[:8] for name in made) == sorted(line[0] for line in lines[1:4])
     (folder / "trials" / min(made)).unlink()
     again = softvox("trials", "add", "real.csv", *RUN, cwd=folder)
-    assert again.stdout.endswith("\n1 added to trials, 2 were there already\n")
+    assert again.stdout.endswith("\n1 trial added to trials, 2 were there already\n")
     assert snapshot(folder / "trials") == made
 
 
@@ -138,3 +145,40 @@ def test_a_track_that_the_folder_has_under_another_name_is_refused(folder):
     done = softvox("trials", "add", "other.csv", *RUN, cwd=folder)
     assert "other.csv, line 2: repetition 1 of 00021222 under these conditions is " in done.stderr
     assert snapshot(folder / "trials") == before
+
+
+def test_malformed_files_are_refused_in_a_line(folder, capsys):
+    film = (*FILM[:8], "--format")
+    for i, (content, _, _) in enumerate(malformed(24, seed=3)):
+        path = folder / f"{i}.csv"
+        path.write_bytes(content)
+        kind = ("csv", "tracker", "deeplabcut")[i % 3]
+        into = ("--into", str(folder / "trials"))
+        assert main(["trials", "add", str(path), *RUN, *film, kind, *into]) in (0, 2)
+        told = capsys.readouterr().err
+        assert told == "" or (told.startswith("softvox: error: ") and told.count("\n") == 1)
+
+
+def test_the_page_does_what_it_shows(tmp_path, monkeypatch):
+    page = PAGE.read_text(encoding="utf-8")
+    for block in re.findall(r"^```sh\n(.*?)^```", page, re.M | re.S):
+        name, content, commands = re.fullmatch(
+            r"cat > (\S+) <<'END'\n(.*?)END\n(.*)", block, re.S
+        ).groups()
+        (tmp_path / name).write_text(content)
+        for command in commands.replace("\\\n", "").splitlines():
+            _, *words = shlex.split(command)
+            done = softvox(*words, cwd=tmp_path)
+            assert (done.returncode, done.stderr) == (0, "")
+    assert "4 trials" in done.stdout
+    ends = {
+        (trial.design.index, trial.repetition): trial.position[-1].round(2).tolist()
+        for trial in read(tmp_path / "trials")
+    }
+    same = {(6453, repetition): [0.44, 0.44] for repetition in (1, 2, 3)}
+    assert ends == {**same, (573, 1): [0.66, 0]}
+    monkeypatch.chdir(tmp_path)
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
+    made = {}
+    exec(code, made)
+    assert made["trial"].displacement.round(2).tolist() == [0.44, 0.44]

@@ -174,7 +174,8 @@ def run(args: Namespace) -> int:
         else:
             new, known = map(len, add(args.into, trials))
     lead = "would be added" if args.dry_run else "added"
-    print(f"{_table(found).text()}\n\n{new} {lead} to {args.into}, {known} were there already")
+    count = f"{new} trial{'' if new == 1 else 's'}"
+    print(f"{_table(found).text()}\n\n{count} {lead} to {args.into}, {known} were there already")
     return 0
 
 
