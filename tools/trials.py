@@ -4,13 +4,10 @@ Run by `make trials`, after a change of the engine's bits, of a reality or of th
 seconds. Measured trials there are left alone.
 """
 
-from pathlib import Path
-
 from softvox_gym import Reality, realities
 from softvox_gym.calibration import tracks_of
-from softvox_gym.data import TRIALS
-from softvox_gym.files import write_file
 from softvox_gym.trials import Trial
+from softvox_gym.trials.database import add, shipped
 
 #: The three e-types and three f-types of the paper's text, and three more: docs/calibrate.md.
 DESIGNS = (6453, 6013, 2117, 6489, 6481, 1385, 6330, 4690, 573)
@@ -25,14 +22,11 @@ PUBLISHED = Reality("published", about="the simulator of the paper, as published
 
 def main() -> None:
     """Write the trials of all realities, and take away what was made before."""
-    folder = Path(str(TRIALS))
-    for path in folder.glob("*.json"):
-        trial = Trial.from_bytes(path.read_bytes())
-        if (trial.source, trial.who) == ("simulated", WHO):
+    made = [trial for one in (PUBLISHED, *realities().values()) for trial in trials_of(one)]
+    for path in shipped().glob("*.json"):
+        if {f'"who": "{WHO}",', '"source": "simulated",'} <= {*path.read_text("utf-8").split("\n")}:
             path.unlink()
-    for one in (PUBLISHED, *realities().values()):
-        for trial in trials_of(one):
-            write_file(folder / f"{trial.digest}.json", trial.to_bytes(), force=True)
+    add(shipped(), made)
 
 
 def trials_of(reality: Reality, designs: tuple[int, ...] = DESIGNS) -> list[Trial]:

@@ -6,31 +6,33 @@ import pytest
 import trials as tool
 
 from softvox_gym import realities, reality
-from softvox_gym.data import TRIALS
-from softvox_gym.trials import Trial, transfers
+from softvox_gym.trials import transfers
+from softvox_gym.trials.database import faults, name_of, read, shipped
 
-FILES = sorted(Path(str(TRIALS)).glob("*.json"))
 ROOT = Path(__file__).parents[2]
 
 
 def test_the_nine_designs_ship_in_every_reality_and_no_measurement_is_invented():
-    made = [Trial.from_bytes(path.read_bytes()) for path in FILES]
-    ours = [trial for trial in made if trial.who == tool.WHO]
+    ours = [trial for trial in read(shipped()) if trial.who == tool.WHO]
     assert {trial.source for trial in ours} == {"simulated"}
     assert {trial.license for trial in ours} == {"CC0-1.0"}
     assert {trial.voxel_cm for trial in ours} == {1.0}
     told = sorted((trial.reality, trial.design.index) for trial in ours)
     names = ("published", *realities())
     assert told == sorted((name, design) for name in names for design in tool.DESIGNS)
-    assert sum(path.stat().st_size for path in FILES) < 400_000
+    assert sum((shipped() / name_of(trial)).stat().st_size for trial in ours) < 400_000
+
+
+def test_what_ships_has_no_fault_and_nothing_beside_the_trials():
+    assert faults(shipped()) == []
+    assert [path.name for path in shipped().iterdir() if path.suffix != ".json"] == ["README.md"]
 
 
 @pytest.mark.parametrize("name", ["published", "reversal", "lag", "high_resolution"])
 def test_simulating_them_again_gives_the_same_bytes(name):
     world = tool.PUBLISHED if name == "published" else reality(name)
     for trial in tool.trials_of(world, tool.DESIGNS[2:4]):
-        path = Path(str(TRIALS)) / f"{trial.digest}.json"
-        assert path.read_bytes() == trial.to_bytes()
+        assert (shipped() / name_of(trial)).read_bytes() == trial.to_bytes()
 
 
 def test_the_papers_table_of_transfers_has_its_numbers_and_sources():

@@ -15,9 +15,6 @@ Records: TypeAlias = list[dict[str, str]]
 
 _FOLDER = files("softvox_gym.data") / "authors"
 
-#: Of the trials that ship, as their database.
-TRIALS = files("softvox_gym.data") / "trials"
-
 
 def records(name: str) -> Records:
     """Return the rows of a CSV file."""
