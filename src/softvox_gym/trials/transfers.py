@@ -30,8 +30,11 @@ def transfers() -> tuple[Transfer, ...]:
     >>> max(transfers(), key=lambda row: row.morphologies).title
     'Scalable sim-to-real transfer of soft robot designs'
     """
-    counts = ("year", "controllers", "morphologies")
-    rows = (
-        {**row, **{name: int(row[name]) for name in counts}} for row in records("transfers.csv")
+    return tuple(
+        Transfer(
+            row["key"],
+            *(int(row[name]) for name in ("year", "controllers", "morphologies")),
+            *(row[name] for name in ("authors", "title", "venue")),
+        )
+        for row in records("transfers.csv")
     )
-    return tuple(Transfer(**row) for row in rows)
