@@ -30,11 +30,11 @@ def transfers() -> tuple[Transfer, ...]:
     >>> max(transfers(), key=lambda row: row.morphologies).title
     'Scalable sim-to-real transfer of soft robot designs'
     """
-    return tuple(
-        Transfer(
-            row["key"],
-            *(int(row[name]) for name in ("year", "controllers", "morphologies")),
-            *(row[name] for name in ("authors", "title", "venue")),
-        )
-        for row in records("transfers.csv")
+    return tuple(map(_transfer, records("transfers.csv")))
+
+
+def _transfer(row: dict[str, str]) -> Transfer:
+    year, controllers, morphologies = (int(row[name]) for name in Transfer._fields[1:4])
+    return Transfer(
+        row["key"], year, controllers, morphologies, row["authors"], row["title"], row["venue"]
     )
