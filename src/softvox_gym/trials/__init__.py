@@ -1,5 +1,6 @@
 """Trials of real robots: a database that grows, held against what was simulated."""
 
+from softvox_gym.trials.measured import MeasuredReality, from_trials, real_tracks
 from softvox_gym.trials.trial import Trial, TrialError
 
-__all__ = ["Trial", "TrialError"]
+__all__ = ["MeasuredReality", "Trial", "TrialError", "from_trials", "real_tracks"]
