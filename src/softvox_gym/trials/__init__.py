@@ -1,4 +1,4 @@
-"""Trials of real robots: a database that grows, held against what was simulated."""
+"""Trials: a database of runs of robots that grows, held against what was simulated."""
 
 from softvox_gym.trials.measured import MeasuredReality, from_trials, real_tracks
 from softvox_gym.trials.trial import Trial, TrialError

@@ -29,6 +29,9 @@ LICENSES = ("CC0-1.0", "CC-BY-4.0", "ODC-By-1.0", "PDDL-1.0", "MIT")
 #: Texts are at most as long, and a track has at most as many points.
 MOST_CHARACTERS, MOST_POINTS = 2000, 100_000
 
+#: A file is at most so large: a little more than that many points and a million sites take.
+MOST_BYTES = 8_000_000
+
 #: Positions are kept to a micrometre, cycles to a hundred-thousandth.
 PLACES = {"cycle": 5, "position": 4}
 
@@ -159,6 +162,8 @@ class Trial:
         TrialError
             For what `to_bytes` would not write.
         """
+        if len(content) > MOST_BYTES:
+            raise TrialError(f"is larger than {MOST_BYTES} bytes, so no trial; take it out")
         try:
             data = json.loads(content)
         except (ValueError, RecursionError) as error:
