@@ -215,7 +215,7 @@ def test_json_has_null_for_what_nobody_knows(folder, capsys):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--trials", "none"], "--trials: none is not there"),
+        (["--trials", "none"], "--trials: there is no folder none"),
         (["--trials", "trials", "--reality", "soft"], "--reality and --trials both say"),
         (["--trials", "trials", "--tests", "10"], "--tests must be at most 9, the designs that"),
         (["--trials", "trials", "--cycles", "90:23"], "--trials: 9 of 9 runs end before 90 cycles"),
