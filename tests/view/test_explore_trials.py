@@ -57,9 +57,11 @@ def page(lab):
 def test_trials_are_told_by_what_they_were_tried_in_in_voxel_widths(lab):
     trials = read(lab, shipped())
     groups = json.loads(json.dumps(told(trials)))
-    assert list(groups)[:2] == ["measured: acrylic", "simulated: area_friction"]
+    assert list(groups)[:2] == ["measured: acrylic, 4 Hz", "simulated: area_friction"]
     assert len(groups) == 12
-    assert {name: len(runs) for name, runs in groups["measured: acrylic"]["designs"].items()} == {
+    assert {
+        name: len(runs) for name, runs in groups["measured: acrylic, 4 Hz"]["designs"].items()
+    } == {
         "573": 1,
         "6453": 2,
     }
@@ -117,7 +119,7 @@ def test_a_measured_design_has_its_tracks_over_the_simulated_one(driver, page):
     assert numbers["distance"] == [f"{np.hypot(*end):.2f}" for end in (here, mean)]
     assert numbers["ends apart"] == [f"{np.hypot(*(here - mean)):.2f}", ""]
     assert "the mean of 2 trials, measured" in shown(driver, "trials-views")
-    assert shown(driver, "trials-key") == " 2 designs, 3 trials, measured: acrylic"
+    assert shown(driver, "trials-key") == " 2 designs, 3 trials, measured: acrylic, 4 Hz"
     assert len(driver.find_elements("css selector", "#trials-views path.measured")) == 2
     one(driver, "#whole").click()
     numbers = table(driver)
@@ -135,7 +137,7 @@ def test_a_measured_design_has_its_tracks_over_the_simulated_one(driver, page):
 @needs_chromium
 def test_a_design_that_nobody_tried_is_refused_by_name_and_those_tried_are_found(driver, page):
     opened(driver, page, "design=926")
-    words = "Nobody tried design 926 in “measured: acrylic”"
+    words = "Nobody tried design 926 in “measured: acrylic, 4 Hz”"
     until(lambda: words in shown(driver, "trials-views"))
     assert "tried were 573, 6453." in shown(driver, "trials-views")
     script = "softvox.trials(arguments[0]).then(arguments[1], (e) => arguments[1](e.message))"

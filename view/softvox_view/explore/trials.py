@@ -47,11 +47,12 @@ def _order(trial: Trial) -> tuple[Any, ...]:
 
 
 def _name(trial: Trial) -> str:
-    """Return what a trial was tried in: a pseudo-reality; or surface, powder and pressure."""
+    """Return what a trial was tried in: a pseudo-reality; or surface, powder and what pumped it."""
     if trial.source == "simulated":
         return f"simulated: {trial.reality}"
-    pressure = f"{trial.pressure_kpa:g} kPa" if trial.pressure_kpa else ""
-    return "measured: " + ", ".join(filter(None, (trial.surface, trial.powder, pressure)))
+    numbers = {"kPa": trial.pressure_kpa, "Hz": trial.frequency_hz}
+    known = [f"{value:g} {unit}" for unit, value in numbers.items() if value]
+    return "measured: " + ", ".join(filter(None, (trial.surface, trial.powder, *known)))
 
 
 def _points(trial: Trial) -> NDArray[np.float64]:
