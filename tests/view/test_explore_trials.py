@@ -22,9 +22,12 @@ from softvox_gym.trials.database import add, read, shipped
 from softvox_view.cli.explore import trials_of
 from softvox_view.explore.trials import MOST, told
 
+#: Of those that ship, in which measured ones may be some day.
 SIMULATED = {
-    (trial.reality, trial.design.index): trial for trial in read(shipped()) if trial.who
-}  # that ship
+    (trial.reality, trial.design.index): trial
+    for trial in read(shipped())
+    if trial.source == "simulated"
+}
 
 
 def as_measured(design, repetition):
@@ -44,21 +47,22 @@ def lab(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trials") / "lab"
     large = replace(as_measured(573, 1), design=Design(2, shape=[3, 3, 3]))
     add(folder, [as_measured(6453, 1), as_measured(6453, 2), as_measured(573, 1), large])
+    worlds = ("published", "reversal")
+    add(folder, [trial for trial in SIMULATED.values() if trial.reality in worlds])
     return folder
 
 
 @pytest.fixture(scope="module")
 def page(lab):
     path = lab.parent / "landscape.html"
-    assert main(["explore", "--trials", str(lab), "--shipped", "--out", str(path)]) == 0
+    assert main(["explore", "--trials", str(lab), "--out", str(path)]) == 0
     return path.as_uri()
 
 
 def test_trials_are_told_by_what_they_were_tried_in_in_voxel_widths(lab):
-    trials = read(lab, shipped())
-    groups = json.loads(json.dumps(told(trials)))
-    assert list(groups)[:2] == ["measured: acrylic, 4 Hz", "simulated: area_friction"]
-    assert len(groups) == 12
+    groups = json.loads(json.dumps(told(read(lab))))
+    names = ["measured: acrylic, 4 Hz", "simulated: published", "simulated: reversal"]
+    assert list(groups) == names
     assert {
         name: len(runs) for name, runs in groups["measured: acrylic, 4 Hz"]["designs"].items()
     } == {
@@ -89,12 +93,13 @@ def test_robots_that_the_map_has_not_are_left_out_and_a_folder_of_them_refused(
     tmp_path, lab, capsys
 ):
     trials_of(Namespace(trials=[lab], shipped=False))
-    words = "softvox: warning: 1 of 4 trials are of other lattices, and left out\n"
+    words = "softvox: warning: 1 of 22 trials are of other lattices, and left out\n"
     assert capsys.readouterr().err == words
+    assert {*SIMULATED.values()} <= {*trials_of(Namespace(trials=[], shipped=True))}
     large = tmp_path / "large"
     add(large, [trial for trial in read(lab) if trial.design.lattice != Lattice()])
-    for folder, words in [(large, "no trial of a 2x2x2 robot"), (tmp_path / "no", "is not there")]:
-        with pytest.raises(BadInputError, match=rf"^--trials {folder} .*{words}"):
+    for folder, words in [(large, "no trial of a 2x2x2 robot"), (tmp_path / "no", "")]:
+        with pytest.raises(BadInputError, match=rf"^--trials .*{folder}.*{words}"):
             trials_of(Namespace(trials=[folder], shipped=False))
 
 
@@ -137,12 +142,15 @@ def test_a_measured_design_has_its_tracks_over_the_simulated_one(driver, page):
 @needs_chromium
 def test_a_design_that_nobody_tried_is_refused_by_name_and_those_tried_are_found(driver, page):
     opened(driver, page, "design=926")
-    words = "Nobody tried design 926 in “measured: acrylic, 4 Hz”"
+    words = "Nobody measured design 926 in “measured: acrylic, 4 Hz”"
     until(lambda: words in shown(driver, "trials-views"))
-    assert "tried were 573, 6453." in shown(driver, "trials-views")
+    assert "measured were 573, 6453." in shown(driver, "trials-views")
     script = "softvox.trials(arguments[0]).then(arguments[1], (e) => arguments[1](e.message))"
     assert driver.execute_async_script(script, 926).startswith(words)
     assert len(driver.execute_async_script(script, 6453)) == 2
+    assert "there are no trials moon" in driver.execute_async_script(
+        script.replace("(arguments[0])", "(arguments[0], 'moon')"), 6453
+    )
     bare = map_pixels(driver)
     one(driver, "#filters [name=tried]").click()
     cards = "return [...document.querySelectorAll('#leaders button')].map((b) => +b.dataset.design)"

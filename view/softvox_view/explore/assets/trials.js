@@ -15,7 +15,7 @@ export const NO_TRIALS = { trials: "", whole: "" };
 const NONE = "none";
 const TRIED_COLOURS = { measured: "#ff8a1f", simulated: "#45a3ff" }; // as in app.css, on any map
 const LITTLE = 0.25; // voxel widths: what travels less has no heading
-const NAMED = 12; // designs at most, where some are refused
+const NAMED = 9; // designs at most, where some are refused
 const AROUND = 0.5; // voxel widths around the tracks
 const PIXELS = [440, 240]; // about, of the drawing
 
@@ -50,15 +50,15 @@ export class Trials {
 
   /** Return the runs of a design, [{points}]; one that was not tried is refused. */
   runsOf(design, name) {
-    const chosen = this.chosen(name);
-    if (!chosen) throw new Refused(`there are no trials ${name}`);
-    const runs = chosen.designs[design];
-    if (runs) return runs;
-    const tried = Object.keys(chosen.designs);
-    const more = tried.length > NAMED ? `, … (${tried.length})` : "";
+    const chosen = this.chosen(this.check(name));
+    if (!chosen) throw new Refused("no trials are shown, so nothing can be said of them");
+    const { source, designs } = chosen;
+    if (designs[design]) return designs[design];
+    const tried = Object.keys(designs);
+    const more = tried.length > NAMED ? ` and ${tried.length - NAMED} more` : "";
     throw new Refused(
-      `Nobody tried design ${design} in “${chosen.name}”, so nothing can be said of it there; ` +
-      `tried were ${tried.slice(0, NAMED).join(", ")}${more}.`,
+      `Nobody ${source} design ${design} in “${chosen.name}”, so nothing can be said of it there; ` +
+      `${source} were ${tried.slice(0, NAMED).join(", ")}${more}.`,
     );
   }
 
