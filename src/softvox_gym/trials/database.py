@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import softvox_gym
 from softvox_gym.files import check_folder, write_file
 from softvox_gym.lattice import Lattice
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
@@ -54,7 +53,7 @@ class Added(NamedTuple):
 
 def shipped() -> Path:
     """Return the folder of the trials that ship with the package."""
-    return Path(softvox_gym.__file__).parent / "data" / "trials"
+    return Path(__file__).parents[1] / "data" / "trials"
 
 
 def read(*folders: Path) -> tuple[Trial, ...]:
