@@ -1,4 +1,4 @@
-"""The examples in the docstrings of the environments' pages do what they show."""
+"""The examples in the docstrings of the environments and of trials do what they show."""
 
 import doctest
 from importlib import import_module
@@ -15,6 +15,8 @@ import pytest
         ("softvox_gym.envs.growth", 2),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
+        ("softvox_gym.trials.trial", 1),
+        ("softvox_gym.trials.export", 1),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):
