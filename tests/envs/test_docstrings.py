@@ -1,4 +1,4 @@
-"""The examples in the docstrings of the environments and of trials do what they show."""
+"""The examples in the docstrings of the environments' pages do what they show."""
 
 import doctest
 from importlib import import_module
@@ -10,13 +10,13 @@ import pytest
     ("module", "examples"),
     [
         ("softvox_gym.envs.single", 1),
+        ("softvox_gym.trials.trial", 1),
+        ("softvox_gym.trials.export", 1),
         ("softvox_gym.envs.vector", 1),
         ("softvox_gym.envs.control", 2),
         ("softvox_gym.envs.growth", 2),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
-        ("softvox_gym.trials.trial", 1),
-        ("softvox_gym.trials.export", 1),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):
