@@ -450,6 +450,31 @@ class BodyFacts(NamedTuple):
         )
 
 
+def actuators(design: Design) -> tuple[tuple[int, ...], ...]:
+    """Return the sites of each actuator group, in order of its first.
+
+    A group holds the active voxels of a slice (of equal z) that hang together by faces and share a
+    phase: in robots built of the paper's kit holes connect them, and they share their air. Slices
+    are bonded without holes.
+
+    Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft
+    2020, the protocol of building.
+
+    Examples
+    --------
+    >>> actuators(Design("22021222"))
+    ((0, 1, 3), (5, 6, 7))
+    """
+    array, (nx, ny, nz) = design.array, design.lattice
+    groups = [
+        tuple(nx * ny * z + site for site in piece)
+        for z in range(nz)
+        for digit in range(ACTIVE, design.lattice.states)
+        for piece in _components((array[:, :, z] == digit).tobytes("F"), Lattice(nx, ny, 1))
+    ]
+    return tuple(sorted(groups))
+
+
 def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
     """Return which designs the paper's kit can build, shape (n,).
 
