@@ -332,8 +332,8 @@ class _Body:
         for z in self.levels:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
-                below = z * flat.lattice.sites
-                named = [self.named(below + site for site in part) for part in parts]
+                first = z * flat.lattice.sites
+                named = [self.named(first + site for site in part) for part in parts]
                 shown = _some(named, " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: nothing "

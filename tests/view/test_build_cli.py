@@ -122,12 +122,12 @@ def test_the_top_are_the_fittest_that_can_be_built(softvox):
     classes = symmetry_classes()
     assert {classes[int(row[1])] for row in rows} == {classes[d.index] for d, _ in published()}
     assert (rows[0][:4], len(rows)) == (["1", "6453", "00021222", "4.66"], 16)
-    _, out, _ = softvox("--top", "1000")
+    _, out, _ = softvox("--top", "600")
     table = out.split("\n\n")[0].splitlines()
     assert table[-1].startswith("left out, as they can't be built (in several pieces): ")
     named = table[-1].split(": ")[1].split(" and ")[0].split(", ")
     assert not any(Design(int(number)).is_connected for number in named)
-    assert len(table) == 1 + 1000 + 1
+    assert len(table) == 1 + 600 + 1
 
 
 def test_sheets_are_drawn_of_all_and_the_batch_of_what_can_be_built(softvox, drawn, tmp_path):
