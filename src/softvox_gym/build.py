@@ -491,7 +491,7 @@ class Bill:
                 Column("unit", "unit"),
             ),
             rows=[
-                (_AMOUNTS[key][0], key, round(value, 2), _AMOUNTS[key][1])
+                (_AMOUNTS[key][0], key, round(value, 1), _AMOUNTS[key][1])
                 for key, value in self.quantities.items()
             ],
         )
@@ -540,9 +540,9 @@ _AMOUNTS = {
     "active": ("pink voxels (active)", ""),
     "passive": ("blue or yellow voxels (passive)", ""),
     "slices": ("slices", ""),
-    "joints": ("joints of Sil-Poxy: neighbours of a slice, and tubes", ""),
+    "joints": ("joints of Sil-Poxy (bonds, tubes)", ""),
     "holes": ("holes to punch", ""),
-    "groups": ("actuator groups, with a tube each", ""),
+    "groups": ("actuator groups, a tube each", ""),
     "mould_fillings": ("mould fillings", ""),
     "silicone_ml": ("silicone, in the voxels", "ml"),
     "tube_1_32_in_cm": ("tube 1/32 in", "cm"),
