@@ -149,6 +149,15 @@ def test_problems_say_why_it_cant_be_built(design, problem):
         bill([made])
 
 
+def test_of_many_faults_some_are_named():
+    checkered = np.indices((7, 7, 7)).sum(axis=0) % 2 + 1
+    problems = plan(Design(checkered)).problems
+    assert len(problems) == 7
+    assert problems[-1] == "57 more groups are buried"
+    scattered = plan(Design([1, 0] * 8, shape=(16, 1, 1))).problems[0]
+    assert "(10, 0, 0) and 2 more, that do not touch" in scattered
+
+
 def test_a_group_beside_a_closed_hollow_is_buried():
     design = solid((4, 4, 4), (2, 1, 1), absent=[(1, 1, 1)])
     assert "group A is buried" in plan(design).problems[0]

@@ -291,12 +291,14 @@ class _Body:
                 f"active neighbours of a slice share their air, and {self.pairs(torn)} differ in "
                 "phase; give them one, or put a passive voxel between them"
             )
-        for group in groups:
-            if group.inlet is None:
-                yield (
-                    f"group {group.name} is buried: no face of {self.named(group.sites)} is on the "
-                    "surface, and its tube needs one; leave out a voxel beside it"
-                )
+        buried = [group for group in groups if group.inlet is None]
+        for group in buried[:MOST_NAMED]:
+            yield (
+                f"group {group.name} is buried: no face of {self.named(group.sites)} is on the "
+                "surface, and its tube needs one; leave out a voxel beside it"
+            )
+        if len(buried) > MOST_NAMED:
+            yield f"{len(buried) - MOST_NAMED} more groups are buried"
 
     def _touching(self) -> Iterator[tuple[str, list[tuple[int, int]]]]:
         """Yield what voxels of different pieces share, and which."""
@@ -329,7 +331,7 @@ class _Body:
                 f"nothing is below {self.named(over)}: support the overhang while the slices are "
                 "bonded"
             )
-        for z in self.levels:
+        for z in self.levels if self.design.is_connected else ():
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
                 first = z * flat.lattice.sites
