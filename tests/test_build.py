@@ -137,7 +137,7 @@ def test_a_tube_does_not_leave_towards_another_voxel():
         (
             Design("23110000", shape=TWO_PHASES),
             "active neighbours of a slice share their air, and (0, 0, 0) - (1, 0, 0) differ in "
-            "phase; give them one, or put a passive voxel between them",
+            "phase; give them one phase, or put a passive voxel between them",
         ),
     ],
 )
