@@ -23,11 +23,11 @@ from softvox_view.figures import style as figures_style
 
 #: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
 WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
-LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.55, HEIGHT - 0.55
+LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.5, HEIGHT - 0.5
 
 #: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
 SIZE = 8.0
-LINE, ASCENT = 1.4 * SIZE / 72, 1.05 * SIZE / 72
+LINE, ASCENT = 1.32 * SIZE / 72, 1.0 * SIZE / 72
 
 #: Between texts beside each other.
 GAP = 0.08
@@ -77,7 +77,10 @@ def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
         if width_of(longer, weight=weight) <= width:
             lines[-1] = longer
             continue
-        lines.append("")
+        if width_of(word, weight=weight) <= width:
+            lines.append(word)
+            continue
+        lines[-1] = f"{lines[-1]} ".lstrip()
         for letter in word:
             if width_of(lines[-1] + letter, weight=weight) > width:
                 lines.append("")

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from softvox_gym.build import TOWARDS, Inlet, Plan
+from softvox_gym.build import LEAK_CHECK, TOWARDS, VOXEL_G, Inlet, Plan
 from softvox_gym.design import ABSENT, PASSIVE, Design
 from softvox_gym.lattice import FACES
 from softvox_gym.physics import Physics
@@ -46,11 +46,11 @@ PINK, BLUE, STRIPES = "#F9C0D4", "#62A0DA", "#8DBDE8"
 SHADES = (0.84, 0.92, 1.0)
 
 #: Degrees: above the floor, and about the vertical, from where the two pictures are seen.
-ELEVATION, AZIMUTHS = 27.0, (-62.0, 118.0)
+ELEVATION, AZIMUTHS = 27.0, (-56.0, 124.0)
 
 #: Inches: of a site of a slice, least and most; around a slice, for inlets, and for coordinates;
 #: the side of a picture of the robot.
-SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.7, 0.27, 0.17, 1.6
+SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.64, 0.27, 0.17, 1.5
 
 #: Inches: of the key to the slices.
 KEY = 1.8
@@ -70,14 +70,6 @@ FRACTIONS += ("\N{VULGAR FRACTION THREE QUARTERS}",)
 #: Where a robot's maker writes.
 BLANK = "_" * 12
 
-#: Grams, of a voxel with its tube.
-VOXEL_G = 1.2
-
-TUBES = (
-    "Each group: a hole in one outer side, a 1/32 in tube glued in with Sil-Poxy, a straight "
-    "connector to 1/16 in tube. Blow it up by syringe in a beaker of water; where bubbles rise, "
-    "close the leak with Sil-Poxy. Tick when it is tight: the slice, and then the stacked robot."
-)
 TRAVEL = (
     "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
     "three times. Headings from +x towards +y."
@@ -149,7 +141,7 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
             _groups(column, plan)
         left, right = column.halves(0.56)
         if not plan.problems:
-            left.heading("Order of assembly")
+            left.heading("Order of assembly", follows=6 * LINE)
             for i, step in enumerate(plan.steps, start=1):
                 _item(left, f"{i}", step)
             _measure(right, plan, facts)
@@ -229,7 +221,10 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) 
     view = np.array([math.cos(up) * math.cos(about), math.cos(up) * math.sin(about), math.sin(up)])
     screen = np.stack([right, -np.cross(view, right)])  # y of the page goes down
     shape = np.array(plan.design.shape, dtype=float)
-    corners = np.indices((2, 2, 2)).reshape(3, -1).T * np.add(shape, (1.2, 1.2, 0)) - (0.6, 0.6, 0)
+    # The lattice, with room around its foot for the arrows along the axes.
+    unit = 0.5 + shape.max() / 4
+    foot = np.array([1.2, 1.2, 0]) * unit
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T * (shape + foot) - foot / 2
     seen = corners @ screen.T
     scale = PICTURE / np.ptp(seen, axis=0).max()
     shift = np.array([left, top]) + PICTURE / 2 - scale * (seen.min(axis=0) + seen.max(axis=0)) / 2
@@ -239,14 +234,13 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) 
 
     ground = place([(0, 0, 0), (shape[0], 0, 0), (*shape[:2], 0), (0, shape[1], 0)])
     axis.fill(*ground.T, fc="none", ec=PALE, lw=0.6)
-    # The axes lie on the two sides of the lattice that are nearer.
-    near = [shape[0] + 0.3 if view[0] > 0 else -0.3, shape[1] + 0.3 if view[1] > 0 else -0.3]
+    # The arrows lie before the two sides of the lattice that are nearer.
     for k, name in enumerate("xy"):
-        start, end = np.zeros(3), np.zeros(3)
-        start[1 - k] = end[1 - k] = near[1 - k]
-        end[k] = 1
-        _arrow(axis, *place([start, end]))
-        axis.text(*place(end + (end - start) * 0.3), name, ha="center", va="center")
+        start = np.zeros(3)
+        start[1 - k] = shape[1 - k] + 0.35 * unit if view[1 - k] > 0 else -0.35 * unit
+        way = np.eye(3)[k] * unit
+        _arrow(axis, *place([start, start + way]))
+        axis.text(*place(start + 1.25 * way), name, ha="center", va="center")
     shown = sorted(_drawn(plan, view), key=lambda one: one[0])
     faces = [place(points) for _, points, _ in shown]
     looks = {"facecolors": [colour for _, _, colour in shown], "edgecolors": INK, "lw": 0.5}
@@ -270,7 +264,7 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
             site, face = np.array(_place(plan, group.inlet.site)), np.array(group.inlet.face)
             wide = np.cross(face, view)
             wide = 0.05 * wide / np.linalg.norm(wide)
-            ends = site + 0.5 + np.outer([0.5, 0.5, 1.1, 1.1], face)
+            ends = site + 0.5 + np.outer([0.5, 0.5, 1.3, 1.3], face)
             yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), _rgb("#FFFFFF")
 
 
@@ -317,14 +311,9 @@ def _map(axis: Axes, design: Design, facts: Facts, left: float, top: float) -> N
         start = np.array([left + 0.08, top + side - 0.08])
         _arrow(axis, start, start + end, 0.6)
         axis.text(*(start + end + shift), text, ha="center", va="center")
-    words = f"{facts.fitness:.2f} voxel widths"
-    words += (
-        " towards no side" if facts.heading is None else f", {facts.heading:.0f}\N{DEGREE SIGN}"
-    )
+    words = f"{facts.fitness:.2f} voxel widths, {_heading(facts)}"
     if math.isnan(facts.fitness):
         words = "the simulation diverges"
-    elif facts.heading is None:
-        words = f"{facts.fitness:.2f} voxel widths: no heading"
     place_of = left + side / 2, top + side + LINE
     axis.text(*place_of, words, ha="center", va="baseline", weight="bold")
 
@@ -353,20 +342,25 @@ def _slices(column: Column, plan: Plan) -> None:
     def fits(across: int) -> float:
         return min(((RIGHT - LEFT) / across - around) / nx, LARGEST)
 
+    def rows(across: int) -> float:
+        return -(-nz // across) + (0 if nz % across else 0.3)
+
     options = [across for across in range(1, 5) if across == 1 or fits(across) >= SMALLEST]
-    across = min(options, key=lambda one: (-(-(nz + 1) // one), -fits(one), one))
+    across = min(options, key=lambda one: (rows(one), -fits(one)))
     side, width = fits(across), (RIGHT - LEFT) / across
-    high = max(side * ny + around + LINE, KEY)
-    column.heading("Slices, seen from below: open side up, x to the left", follows=high)
-    for panel in range(nz + 1):
-        if panel % across == 0:
+    high = max(side * ny + around + LINE, KEY if nz % across else 0)
+    column.heading("Slices, seen from below: open side up, x to the left", follows=high + KEY / 4)
+    if nz % across == 0:
+        axis, top = column.room(0.5)
+        _key(axis, plan, [(LEFT + 1.77 * (i % 4), top + 0.21 * (i // 4)) for i in range(8)])
+    for z in range(nz):
+        if z % across == 0:
             axis, top = column.room(high)
-        left = LEFT + panel % across * width
-        if panel < nz:
-            corner = left + RING, top + LINE + RING
-            _slice(axis, plan, panel, _Frame(*corner, side, plan.design.shape))
-        else:
-            _key(axis, plan, left, top + LINE)
+        corner = LEFT + z % across * width + RING, top + LINE + RING
+        _slice(axis, plan, z, _Frame(*corner, side, plan.design.shape))
+    if nz % across:
+        left = LEFT + nz % across * width
+        _key(axis, plan, [(left, top + 0.21 * i) for i in range(8)])
 
 
 def _are_named(plan: Plan) -> bool:
@@ -407,7 +401,7 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
         _voxel(axis, middle, frame.side, digits[site], names.get(site, ""))
         if are_named and digits[site] != "0":
             words = f"{site % nx},{site // nx % ny}"
-            axis.text(*np.add(middle, (0, 0.24 * frame.side)), words, ha="center", va="center")
+            axis.text(*np.add(middle, (0, 0.19 * frame.side)), words, ha="center", va="center")
     for bond in plan.bonds:
         if bond[0] in own:
             _seam(axis, *map(frame.centre, bond), 1.0, lw=2.0)
@@ -432,7 +426,7 @@ def _voxel(
     looks = {"fc": PINK, "lw": 0} if name else {"fc": BLUE, "ec": STRIPES, "hatch": "///", "lw": 0}
     axis.add_patch(Rectangle(corner, side, side, **looks))
     axis.add_patch(Rectangle(corner, side, side, fc="none", ec=INK, lw=0.8))
-    place = middle if size else middle - (0, 0.16 * side)
+    place = middle if size else middle - (0, 0.2 * side)
     size = size or (12 if side > 0.5 else SIZE)
     axis.text(*place, name, size=size, weight="bold", ha="center", va="center")
 
@@ -446,8 +440,9 @@ def _seam(axis: Axes, first: Array, second: Array, share: float, **looks: Any) -
 
 def _hole(axis: Axes, first: Array, second: Array) -> None:
     """Draw the hole between two neighbours, as long as the punch."""
-    _seam(axis, first, second, PUNCH, lw=5)
-    _seam(axis, first, second, PUNCH - 0.04, lw=3.4, color="white")
+    wide = min(5.0, 11 * np.abs(second - first).sum())
+    _seam(axis, first, second, PUNCH, lw=wide)
+    _seam(axis, first, second, PUNCH - 0.04, lw=wide - 1.6, color="white")
 
 
 def _inlet(axis: Axes, frame: _Frame, name: str, inlet: Inlet) -> None:
@@ -492,15 +487,15 @@ def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
             axis.text(*place, str(k), ha="center", va="center")
 
 
-def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
-    """Explain the slices' signs."""
+def _key(axis: Axes, plan: Plan, places: Sequence[tuple[float, float]]) -> None:
+    """Explain the slices' signs, each at a place."""
     faces = {group.inlet.face for group in plan.groups if group.inlet is not None}
     words = ["active (pink), of group A", "passive (blue or yellow)", "no voxel"]
-    words += ["bonded with Sil-Poxy", "hole to punch", "inlet, on this side"]
-    words += ["inlet, on the underside"] * ((0, 0, -1) in faces)
-    words += ["inlet, on the upper side"] * ((0, 0, 1) in faces)
-    for row, text in enumerate(words):
-        middle = np.array([left + 0.09, top + 0.21 * row])
+    words += ["bonded with Sil-Poxy", "hole to punch", "inlet of group A"]
+    words += ["inlet, on this side"] * ((0, 0, -1) in faces)
+    words += ["inlet, on the far side"] * ((0, 0, 1) in faces)
+    for row, (text, place) in enumerate(zip(words, places, strict=False)):
+        middle = np.add(place, (0.09, 0.09))
         if row < 3:
             _voxel(axis, middle, 0.17, "210"[row], "A" * (row == 0), SIZE)
         elif row < 5:
@@ -512,8 +507,8 @@ def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
         elif row == 5:
             _arrow(axis, middle - (0.1, 0), np.add(middle, (0.08, 0)), 1.2)
         else:
-            _ring(axis, middle, -1 if "under" in text else 1)
-        axis.text(left + 0.28, middle[1], text, va="center")
+            _ring(axis, middle, -1 if "this" in text else 1)
+        axis.text(*np.add(middle, (0.19, 0)), text, va="center")
 
 
 def _groups(column: Column, plan: Plan) -> None:
@@ -522,8 +517,6 @@ def _groups(column: Column, plan: Plan) -> None:
         column.heading("Actuator groups")
     else:
         column.heading("Actuator groups, tubes and leaks")
-        column.row((0, TUBES))
-        column.gap(0.4 * LINE)
     phases = plan.design.lattice.phases > 1
     at = (0, 0.5, 1.0, 1.55, 2.75, 5.9, 6.5)
     heads = ["group", "z", "voxels", "inlet", "why there", "slice", "robot"]
@@ -541,6 +534,11 @@ def _groups(column: Column, plan: Plan) -> None:
         for left in at[5:shown]:
             box(axis, LEFT + left + 0.1, foot)
         column.gap(0.2 * LINE)
+    if not plan.problems:
+        column.gap(0.3 * LINE)
+        column.row((0, "Tick what is tight: every slice before it is stacked, then the robot."))
+        for i, check in enumerate(LEAK_CHECK, start=1):
+            column.row((0, str(i)), (0.22, check))
 
 
 def _item(column: Column, mark: str, text: str) -> None:
@@ -553,9 +551,10 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     """Write what to measure beside what is expected."""
     column.heading("What to measure", follows=20 * LINE)
     at = (0, 1.1, 2.05)
-    column.row(*zip(at, ("mass with tubes,", "expected", "measured"), strict=True), weight="bold")
+    column.row((0, "Mass with tubes, without connectors."))
+    column.gap(0.4 * LINE)
     mass = f"{VOXEL_G * plan.design.n_voxels:.1f} g"
-    column.row(*zip(at, ("no connectors", mass, BLANK), strict=True))
+    column.row(*zip(at, ("expected", mass, BLANK), strict=True))
     column.gap(0.7 * LINE)
     column.row((0, TRAVEL))
     column.gap(0.4 * LINE)
