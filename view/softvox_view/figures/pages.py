@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -72,7 +73,7 @@ def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
 def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
     """Return the lines of a text; a word that is wider than a line is broken."""
     lines = [""]
-    for word in text.split():
+    for word in re.findall(r"\(\d+, \d+, \d+\)\S*|\S+", text):  # a voxel's place is one word
         longer = f"{lines[-1]} {word}".lstrip()
         if width_of(longer, weight=weight) <= width:
             lines[-1] = longer
@@ -171,6 +172,14 @@ class Column:
             first = first or (axis, top + ASCENT)
         assert first is not None
         return first
+
+    def title(self) -> None:
+        """Write the pages' title, and who builds and when."""
+        axis, top = self.room(0.36)
+        axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
+        words = f"built by {24 * '_'}   date {12 * '_'}"
+        axis.text(self.right, top + 0.22, words, ha="right", va="baseline")
+        rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
         """Write a heading over a line, on the page of what follows."""

@@ -10,11 +10,22 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from softvox_gym.build import LEAK_CHECK, TOWARDS, VOXEL_G, Inlet, Plan
+from softvox_gym.build import (
+    CURE_MINUTES,
+    CURE_MINUTES_ROOM,
+    LEAK_CHECK,
+    MEASUREMENTS,
+    TOWARDS,
+    VOXEL_G,
+    Bill,
+    Inlet,
+    Plan,
+)
 from softvox_gym.design import ABSENT, PASSIVE, Design
 from softvox_gym.lattice import FACES
 from softvox_gym.physics import Physics
@@ -31,11 +42,13 @@ from softvox_view.figures.pages import (
     Column,
     Pages,
     box,
-    rule,
     style,
+    write,
 )
 from softvox_view.figures.robots import relative_volume
 from softvox_view.figures.style import GREY, INK, PALE
+
+__all__ = ["Facts", "draw_batch", "draw_sheet", "facts_of", "write"]
 
 Array = NDArray[np.float64]
 
@@ -48,9 +61,9 @@ SHADES = (0.84, 0.92, 1.0)
 #: Degrees: above the floor, and about the vertical, from where the two pictures are seen.
 ELEVATION, AZIMUTHS = 27.0, (-56.0, 124.0)
 
-#: Inches: of a site of a slice, least and most; around a slice, for inlets, and for coordinates;
-#: the side of a picture of the robot.
-SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.64, 0.27, 0.17, 1.5
+#: Inches: of a site of a slice, least and most; around a slice, for inlets; the side of a picture
+#: of the robot.
+SMALLEST, LARGEST, RING, PICTURE = 0.3, 0.64, 0.27, 1.5
 
 #: Inches: of the key to the slices.
 KEY = 1.8
@@ -60,7 +73,7 @@ VOXEL_CM = 1.5
 PUNCH = 0.25 * 2.54 / VOXEL_CM
 
 #: Sites along x or y that a sheet has room for.
-MOST = 20
+MOST = 10
 
 #: When the volume is measured, cycles.
 MOMENTS = (0.0, 0.25, 0.5, 0.75)
@@ -70,6 +83,16 @@ FRACTIONS += ("\N{VULGAR FRACTION THREE QUARTERS}",)
 #: Where a robot's maker writes.
 BLANK = "_" * 12
 
+#: Groups that have their boxes in one line.
+TICKS = 8
+
+#: Fillings of the mould that have a line to note their cures.
+MOST_FILLINGS = 10
+
+CURES = (
+    f"Two layers a filling. Each cures for 25 min, then {CURE_MINUTES - 25} min at 60 "
+    f"\N{DEGREE SIGN}C; or for {CURE_MINUTES_ROOM} min at room temperature."
+)
 TRAVEL = (
     "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
     "three times. Headings from +x towards +y."
@@ -132,7 +155,7 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
             f"{plan.design.lattice}; build it of parts"
         )
     with style():
-        made = Pages(_title(plan.design))
+        made = Pages(_name(plan.design))
         column = Column(made)
         _head(column, plan)
         _pictures(column, plan, facts)
@@ -148,7 +171,7 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
     return tuple(made.figures)
 
 
-def _title(design: Design) -> str:
+def _name(design: Design) -> str:
     """Return a robot's name; a number of many digits is none."""
     number = str(design.index)
     return f"Robot {number}" if len(number) <= 13 else f"Robot on {design.lattice}"
@@ -168,11 +191,7 @@ def _count(number: int, what: str) -> str:
 def _head(column: Column, plan: Plan) -> None:
     """Write what robot it is, who built it, and what is wrong with it."""
     design = plan.design
-    axis, top = column.room(0.36)
-    axis.text(LEFT, top + 0.22, _title(design), size=18, weight="bold", va="baseline")
-    words = f"built by {2 * BLANK}   date {BLANK}"
-    axis.text(RIGHT, top + 0.22, words, ha="right", va="baseline")
-    rule(axis, LEFT, RIGHT, top + 0.32, lw=1.2)
+    column.title()
     passive = design.n_voxels - design.n_active
     dot = " \N{MIDDLE DOT} "
     column.row((0, f"digits {design.digits}{dot}lattice {design.lattice}"))
@@ -252,7 +271,7 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
     padded = np.pad(plan.design.kinds, 1)
     across = np.array([-1, 1, 1, -1]), np.array([-1, -1, 1, 1])
     for site in np.argwhere(plan.design.kinds != ABSENT):
-        colour = np.array(_rgb(BLUE if plan.design.kinds[tuple(site)] == PASSIVE else PINK))
+        colour = np.array(to_rgb(BLUE if plan.design.kinds[tuple(site)] == PASSIVE else PINK))
         for face in np.array(FACES):
             if face @ view <= 0 or padded[tuple(site + face + 1)] != ABSENT:
                 continue
@@ -261,21 +280,14 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
             yield (site + 0.5) @ view, corners, colour * SHADES[np.flatnonzero(face)[0]]
     for group in plan.groups:
         if group.inlet is not None:
-            site, face = np.array(_place(plan, group.inlet.site)), np.array(group.inlet.face)
+            site, face = (
+                np.array(plan.design.lattice.place(group.inlet.site)),
+                np.array(group.inlet.face),
+            )
             wide = np.cross(face, view)
             wide = 0.05 * wide / np.linalg.norm(wide)
             ends = site + 0.5 + np.outer([0.5, 0.5, 1.3, 1.3], face)
-            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), _rgb("#FFFFFF")
-
-
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-
-
-def _place(plan: Plan, site: int) -> tuple[int, int, int]:
-    """Return x, y, z of a site."""
-    nx, ny, _ = plan.design.shape
-    return site % nx, site // nx % ny, site // (nx * ny)
+            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), (1, 1, 1)
 
 
 def _arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
@@ -337,7 +349,7 @@ def _volume(axis: Axes, facts: Facts, left: float, top: float) -> None:
 def _slices(column: Column, plan: Plan) -> None:
     """Draw every slice from below, and a key to them."""
     nx, ny, nz = plan.design.shape
-    around = 2 * RING + (0 if _are_named(plan) else NAMES)
+    around = 2 * RING
 
     def fits(across: int) -> float:
         return min(((RIGHT - LEFT) / across - around) / nx, LARGEST)
@@ -361,11 +373,6 @@ def _slices(column: Column, plan: Plan) -> None:
     if nz % across:
         left = LEFT + nz % across * width
         _key(axis, plan, [(left, top + 0.21 * i) for i in range(8)])
-
-
-def _are_named(plan: Plan) -> bool:
-    """Return whether the coordinates of sites have room within them."""
-    return max(plan.design.shape[:2]) <= 10
 
 
 @dataclass(frozen=True)
@@ -395,11 +402,10 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     own = range(nx * ny * z, nx * ny * (z + 1))
     names = {site: group.name for group in plan.groups for site in group.sites}
     digits = plan.design.digits
-    are_named = _are_named(plan)
     for site in own:
         middle = frame.centre(site)
         _voxel(axis, middle, frame.side, digits[site], names.get(site, ""))
-        if are_named and digits[site] != "0":
+        if digits[site] != "0":
             words = f"{site % nx},{site // nx % ny}"
             axis.text(*np.add(middle, (0, 0.19 * frame.side)), words, ha="center", va="center")
     for bond in plan.bonds:
@@ -411,7 +417,7 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     for group in plan.groups:
         if group.inlet is not None and group.inlet.site in own:
             _inlet(axis, frame, group.name, group.inlet)
-    _directions(axis, frame, are_named)
+    _directions(axis, frame)
 
 
 def _voxel(
@@ -472,8 +478,8 @@ def _ring(axis: Axes, middle: Array, z: int) -> None:
         axis.plot(*(middle + np.outer([-0.03, 0.03], [1, slope])).T, color=INK, lw=0.9)
 
 
-def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
-    """Draw which way x and y go, and where sites have no room for them their coordinates."""
+def _directions(axis: Axes, frame: _Frame) -> None:
+    """Draw which way x and y go."""
     nx, ny, _ = frame.shape
     corner = np.array([frame.left + nx * frame.side, frame.top + ny * frame.side])
     for name, way in (("x", np.array([-1, 0])), ("y", np.array([0, -1]))):
@@ -481,10 +487,6 @@ def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
         _arrow(axis, start, start + (0.1 + 0.3 * frame.side) * way)
         beside = 0.1 + 0.1 * (1 + way) - 0.26 * frame.side * np.abs(way)
         axis.text(*(corner + beside), name, ha="center", va="center")
-        for k in () if are_named else range(nx if name == "x" else ny):
-            beyond = corner + RING + NAMES / 2
-            place = np.where(way, corner + (k + 0.5) * frame.side * way, beyond)
-            axis.text(*place, str(k), ha="center", va="center")
 
 
 def _key(axis: Axes, plan: Plan, places: Sequence[tuple[float, float]]) -> None:
@@ -518,14 +520,14 @@ def _groups(column: Column, plan: Plan) -> None:
     else:
         column.heading("Actuator groups, tubes and leaks")
     phases = plan.design.lattice.phases > 1
-    at = (0, 0.5, 1.0, 1.55, 2.75, 5.9, 6.5)
+    at = (0, 0.5, 0.8, 1.4, 2.55, 6.15, 6.6)
     heads = ["group", "z", "voxels", "inlet", "why there", "slice", "robot"]
     shown = 5 if plan.problems else 7
     column.row(*zip(at[:shown], heads[:shown], strict=True), weight="bold")
     for group in plan.groups:
         inlet, why = "none", "it does not reach the surface"
         if group.inlet is not None:
-            place = ",".join(map(str, _place(plan, group.inlet.site)))
+            place = ",".join(map(str, plan.design.lattice.place(group.inlet.site)))
             inlet, why = f"({place}), {TOWARDS[group.inlet.face]}", group.inlet.why
         if phases:
             why = f"{why}; pumped {group.phase:g} cycles ahead" if group.phase else why
@@ -576,3 +578,71 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     column.row(*zip(at, ("measured", *4 * ["_____"]), strict=True))
     column.gap(0.7 * LINE)
     column.row((0, "Notes:"))
+
+
+def draw_batch(plans: Sequence[Plan], bill: Bill) -> tuple[Figure, ...]:
+    """Draw what robots take together: quantities, bill, cures, leaks and how they are measured."""
+    with style():
+        robots = _count(int(bill.quantities["robots"]), "robot")
+        made = Pages(f"Batch of {robots}")
+        column = Column(made)
+        column.title()
+        left, right = column.halves(0.5)
+        left.heading("What it takes")
+        for what, amount, unit in bill.amounts().cells()[1:]:
+            axis, foot = left.row((0, what), (3.05, unit))
+            axis.text(LEFT + 2.95, foot, amount, ha="right", va="baseline")
+        right.heading("Mould and cures")
+        right.row((0, CURES))
+        fillings = int(bill.quantities["mould_fillings"])
+        at = (0, 0.6, 1.95)
+        right.gap(0.4 * LINE)
+        right.row(*zip(at, ("filling", "layer 1, from \N{EN DASH} to", "layer 2"), strict=True))
+        for filling in range(1, min(fillings, MOST_FILLINGS) + 1):
+            right.gap(0.3 * LINE)
+            right.row(*zip(at, (f"{filling} of {fillings}", BLANK, BLANK), strict=True))
+        column.below(left, right)
+        _materials(column, bill)
+        _robots(column, plans, int(bill.quantities["robots"]) // max(len(plans), 1))
+        column.heading("Leak check, of every slice with active voxels")
+        for i, check in enumerate(LEAK_CHECK, start=1):
+            column.row((0, str(i)), (0.22, check))
+        column.heading("How to measure")
+        for i, item in enumerate(MEASUREMENTS, start=1):
+            column.row((0, str(i)), (0.22, item))
+    return tuple(made.figures)
+
+
+def _materials(column: Column, bill: Bill) -> None:
+    """Write the bill of materials."""
+    column.heading("Bill of materials")
+    table = bill.materials()
+    head, *rows = table.cells()
+    ends = np.linspace(4.2, RIGHT - LEFT, len(head) - 1)
+    for cells in (head, *rows):
+        weight = "bold" if cells is head else "normal"
+        axis, foot = column.row((0, cells[0]), end=ends[0] - 0.5, weight=weight)
+        for end, cell in zip(ends, cells[1:], strict=True):
+            axis.text(LEFT + end, foot, cell, ha="right", va="baseline", weight=weight)
+    column.gap(0.3 * LINE)
+    words = (
+        f"{bill.total_usd:,.2f} USD to buy, in whole packages; {bill.used_usd:,.2f} USD where a "
+    )
+    column.row((0, f"{words}package counts by the share that is used."))
+
+
+def _robots(column: Column, plans: Sequence[Plan], copies: int) -> None:
+    """Write which robots there are, with a box for each group that is tight."""
+    column.heading(f"Robots, {copies} of each; tick the groups that are tight")
+    at = (0, 1.2, 3.6, 4.2)
+    column.row(*zip(at, ("robot", "digits", "voxels", "groups"), strict=True), weight="bold")
+    for plan in plans:
+        design, names = plan.design, [group.name for group in plan.groups]
+        cells = (_name(design), design.digits, str(design.n_voxels))
+        for i in range(0, max(len(names), 1), TICKS):
+            axis, foot = column.row(*zip(at, cells if i == 0 else (), strict=False), end=at[3])
+            for k, name in enumerate(names[i : i + TICKS]):
+                place = LEFT + at[3] + 0.36 * k
+                axis.text(place, foot, name, va="baseline")
+                box(axis, place + 0.18, foot)
+        column.gap(0.2 * LINE)
