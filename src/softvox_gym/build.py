@@ -178,8 +178,8 @@ def plan(design: Design) -> Plan:
     [('A', (0, 1, 2, 3), (-1, 0, 0)), ('B', (4, 5, 6, 7), (-1, 0, 0))]
     >>> len(full.holes), full.problems
     (8, ())
-    >>> plan(Design("10010000")).problems[0][:59]
-    'it is 2 pieces, (0, 0, 0) | (1, 1, 0), that share an edge, '
+    >>> print(*plan(Design("202", shape=(1, 1, 3))).problems)
+    it is 2 pieces, (0, 0, 0) | (0, 0, 2), that do not touch
     """
     body = _Body(design)
     bonds = tuple(body.bonds())
@@ -332,8 +332,8 @@ class _Body:
         for z in self.levels:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
-                below = z * flat.lattice.sites
-                named = [self.named(below + site for site in part) for part in parts]
+                first = z * flat.lattice.sites
+                named = [self.named(first + site for site in part) for part in parts]
                 shown = _some(named, " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: nothing "
@@ -472,12 +472,12 @@ class Bill:
 
     @property
     def used_usd(self) -> float:
-        """The cost of what is used: of tools, mould and machine all, of the rest its share."""
+        """The cost where a package counts by the share of it that is used."""
         return float(sum(line.share * line.usd for line in self.lines))
 
     @property
     def total_usd(self) -> float:
-        """The cost of what has to be bought, in whole packages."""
+        """The cost of all that has to be bought, in whole packages."""
         return float(sum(line.packages * line.usd for line in self.lines))
 
     def amounts(self) -> Section:
