@@ -263,7 +263,8 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
         return _pdf(pages)
     if form not in ("svg", "html"):
         raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
-    titles, made = [], []
+    titles: list[str] = []
+    made: list[str] = []
     for page in pages:
         if form == "svg" and made:
             raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")

@@ -68,8 +68,9 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, corner: Array, size: floa
         label(axis, place(start + 1.25 * way), name)
     shown = sorted(_drawn(plan, view), key=lambda one: one[0])
     faces = [place(points) for _, points, _ in shown]
-    looks = {"facecolors": [colour for _, _, colour in shown], "edgecolors": INK, "lw": 0.5}
-    axis.add_collection(PolyCollection(faces, joinstyle="round", **looks), autolim=False)
+    colours = [colour for _, _, colour in shown]
+    looks: dict[str, Any] = {"edgecolors": INK, "lw": 0.5, "joinstyle": "round"}
+    axis.add_collection(PolyCollection(faces, facecolors=colours, **looks), autolim=False)
 
 
 def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
@@ -83,17 +84,19 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
                 continue
             corners = np.tile(site + 0.5 + face / 2, (4, 1))
             corners[:, np.flatnonzero(face == 0)] += np.stack(across, axis=1) / 2
-            yield (site + 0.5) @ view, corners, colour * SHADES[np.flatnonzero(face)[0]]
+            yield float((site + 0.5) @ view), corners, colour * SHADES[np.flatnonzero(face)[0]]
     for group in plan.groups:
         if group.inlet is not None:
-            site, face = (
-                np.array(plan.design.lattice.place(group.inlet.site)),
-                np.array(group.inlet.face),
-            )
+            site = np.array(plan.design.lattice.place(group.inlet.site))
+            face = np.array(group.inlet.face)
             wide = np.cross(face, view)
             wide = 0.05 * wide / np.linalg.norm(wide)
             ends = site + 0.5 + np.outer([0.5, 0.5, 1.3, 1.3], face)
-            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), (1, 1, 1)
+            yield (
+                float((site + face + 0.5) @ view),
+                ends + np.outer([-1, 1, 1, -1], wide),
+                (1, 1, 1),
+            )
 
 
 def draw_arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
@@ -165,10 +168,10 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
             label(axis, np.add(middle, (0, 0.19 * frame.side)), words)
     for bond in plan.bonds:
         if bond[0] in own:
-            _seam(axis, *map(frame.centre, bond), 1.0, lw=2.0)
+            _seam(axis, frame.centre(bond[0]), frame.centre(bond[1]), 1.0, lw=2.0)
     for hole in plan.holes:
         if hole.sites[0] in own:
-            _hole(axis, *map(frame.centre, hole.sites))
+            _hole(axis, frame.centre(hole.sites[0]), frame.centre(hole.sites[1]))
     for group in plan.groups:
         if group.inlet is not None and group.inlet.site in own:
             _inlet(axis, frame, group.name, group.inlet)
@@ -225,9 +228,10 @@ def _inlet(axis: Axes, frame: _Frame, name: str, inlet: Inlet) -> None:
 
 def _ring(axis: Axes, middle: Array, z: int) -> None:
     """Draw the sign of what comes towards the reader, from below, or goes away from him."""
-    axis.add_patch(Circle(middle, 0.045, fc="white", ec=INK, lw=0.9))
+    x, y = middle
+    axis.add_patch(Circle((x, y), 0.045, fc="white", ec=INK, lw=0.9))
     if z < 0:
-        axis.add_patch(Circle(middle, 0.012, fc=INK, lw=0))
+        axis.add_patch(Circle((x, y), 0.012, fc=INK, lw=0))
         return
     for slope in (1, -1):
         axis.plot(*(middle + np.outer([-0.03, 0.03], [1, slope])).T, color=INK, lw=0.9)
