@@ -26,11 +26,11 @@ from softvox_view.figures.style import INK, figure
 
 #: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
 WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
-LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.5, HEIGHT - 0.5
+LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.45, HEIGHT - 0.45
 
 #: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
 SIZE = 8.0
-LINE, ASCENT = 1.32 * SIZE / 72, 1.0 * SIZE / 72
+LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
 
 #: Between texts beside each other.
 GAP = 0.08
@@ -202,7 +202,7 @@ class Column:
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
         """Write a heading over a line, on the page of what follows."""
-        self.gap(1.1 * LINE)
+        self.gap(LINE)
         self.keep(1.6 * LINE + follows)
         axis, top = self.room(1.6 * LINE)
         axis.text(self.left, top + ASCENT, text, weight="bold", size=9, va="baseline")

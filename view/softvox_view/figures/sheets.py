@@ -52,7 +52,7 @@ Array = NDArray[np.float64]
 MOST = 10
 
 #: Inches: of a picture of the robot; degrees: from where it is seen.
-PICTURE, AZIMUTHS = 1.5, (-56.0, 124.0)
+PICTURE, AZIMUTHS = 1.45, (-56.0, 124.0)
 
 #: When the volume is measured, cycles.
 MOMENTS = {
@@ -68,10 +68,10 @@ BLANK = "_" * 12
 #: Groups that have their boxes in one line; fillings of the mould that have a line for their cures.
 TICKS, MOST_FILLINGS = 8, 10
 
-TICK = "Tick what is tight: every slice before it is stacked, then the robot."
+TICK = ", tubes and leaks: tick the slice when it is tight, then the stacked robot"
 TRAVEL = (
-    "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
-    "three times. Headings from +x towards +y."
+    "Travel on cornstarch: 90 actuations at 6 kPa, three times, filmed from above. Headings are "
+    "from +x towards +y."
 )
 VOLUME = "Volume under water at four moments of a cycle, relative to rest."
 CURES = (
@@ -257,7 +257,7 @@ def _volume(axis: Axes, facts: Facts, left: float, top: float) -> None:
 
 def _groups(column: Column, plan: Plan) -> None:
     """Write where each group's tube goes in and why, with boxes to tick."""
-    column.heading("Actuator groups" if plan.problems else "Actuator groups, tubes and leaks")
+    column.heading("Actuator groups" + ("" if plan.problems else TICK))
     at = (0, 0.5, 0.8, 1.4, 2.55, 6.15, 6.6)[: 5 if plan.problems else 7]
     rows = [["group", "z", "voxels", "inlet", "why there"]]
     for group in plan.groups:
@@ -276,7 +276,6 @@ def _groups(column: Column, plan: Plan) -> None:
             box(axis, LEFT + left + 0.1, foot)
     if not plan.problems:
         column.gap(0.5 * LINE)
-        column.row((0, TICK))
         column.numbered(LEAK_CHECK)
 
 

@@ -32,7 +32,7 @@ SHADES = (0.84, 0.92, 1.0)
 ELEVATION = 27.0
 
 #: Inches: of a site of a slice, least and most; around a slice, for inlets; of the key to slices.
-SMALLEST, LARGEST, RING, KEY = 0.3, 0.64, 0.27, 1.8
+SMALLEST, LARGEST, RING, KEY = 0.3, 0.6, 0.27, 1.7
 
 #: Of a voxel's side: the punch is a quarter of an inch, a voxel one and a half centimetres.
 VOXEL_CM = 1.5
@@ -92,11 +92,8 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
             wide = np.cross(face, view)
             wide = 0.05 * wide / np.linalg.norm(wide)
             ends = site + 0.5 + np.outer([0.5, 0.5, 1.3, 1.3], face)
-            yield (
-                float((site + face + 0.5) @ view),
-                ends + np.outer([-1, 1, 1, -1], wide),
-                (1, 1, 1),
-            )
+            corners = ends + np.outer([-1, 1, 1, -1], wide)
+            yield float((site + face + 0.5) @ view), corners, (1, 1, 1)
 
 
 def draw_arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
