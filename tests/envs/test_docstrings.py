@@ -15,6 +15,7 @@ import pytest
         ("softvox_gym.envs.growth", 2),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
+        ("softvox_gym.trials.track_files", 1),
         ("softvox_gym.design", 3),
         ("softvox_gym.build", 2),
     ],
