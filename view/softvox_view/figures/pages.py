@@ -193,7 +193,7 @@ class Column:
         """Write a list of which the items have numbers, with a gap between them, lines."""
         for i, item in enumerate(items, start=1):
             self.gap(gap * LINE if i > 1 else 0)
-            self.row((0, str(i)), (0.22, item))
+            self.row((0, str(i)), (0.28, item))
 
     def title(self) -> None:
         """Write the pages' title, and who builds and when."""
