@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from html import escape
+from itertools import chain
 from typing import Any
 
 import matplotlib
@@ -262,21 +263,24 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
     ValueError
         For another form, no page, or several in an SVG.
     """
-    if form == "pdf":
-        return _pdf(pages)
-    if form not in ("svg", "html"):
+    if form not in ("pdf", "svg", "html"):
         raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
-    titles: list[str] = []
-    made: list[str] = []
-    for page in pages:
-        if form == "svg" and made:
-            raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
-        titles.append(str(page.get_label()))
-        made.append(_svg(page, "path" if form == "svg" else "none"))
-    if not made:
+    rest = iter(pages)
+    first = next(rest, None)
+    if first is None:
         raise ValueError("there is no page to write")
     if form == "svg":
-        return made[0].encode()
+        if next(rest, None) is not None:
+            raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
+        return _svg(first, "path").encode()
+    return (_pdf if form == "pdf" else _html)(chain([first], rest))
+
+
+def _html(pages: Iterable[Figure]) -> bytes:
+    """Return pages as a web page with its fonts."""
+    titles, made = zip(
+        *((str(page.get_label()), _svg(page, "none")) for page in pages), strict=True
+    )
     more = len(made) - 1
     title = titles[0] + (f" and {more} more page{'s' * (more > 1)}" if more else "")
     inline = "\n".join(one[one.index("<svg") :] for one in made)
@@ -300,13 +304,10 @@ def _font(weight: str, text: str) -> str:
 
 def _pdf(pages: Iterable[Figure]) -> bytes:
     """Return pages as a PDF, in which they share their fonts."""
-    buffer, count = io.BytesIO(), 0
+    buffer = io.BytesIO()
     with style(), PdfPages(buffer, metadata=FORMATS["pdf"]) as file:
         for page in pages:
             file.savefig(page, dpi="figure")
-            count += 1
-    if not count:
-        raise ValueError("there is no page to write")
     return buffer.getvalue()
 
 
