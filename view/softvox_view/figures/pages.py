@@ -41,6 +41,9 @@ GAP = 0.08
 #: Lines of a text that are not parted by the end of a page.
 TOGETHER = 6
 
+#: What is on one line: a voxel's place, a temperature, any other word.
+_WORDS = r"\(\d+, \d+, \d+\)\S*|\d+ \N{DEGREE SIGN}C\S*|\S+"
+
 #: A context manager to draw pages within: the project's style, in the size of print.
 style = partial(
     project_style,
@@ -79,7 +82,7 @@ def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
 def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
     """Return the lines of a text; a word that is wider than a line is broken."""
     lines = [""]
-    for word in re.findall(r"\(\d+, \d+, \d+\)\S*|\S+", text):  # a voxel's place is one word
+    for word in re.findall(_WORDS, text):
         longer = f"{lines[-1]} {word}".lstrip()
         if width_of(longer, weight=weight) <= width:
             lines[-1] = longer
@@ -212,14 +215,11 @@ class Column:
         axis.text(self.left, top + ASCENT, text, weight="bold", size=9, va="baseline")
         rule(axis, self.left, self.right, top + 1.25 * LINE)
 
-    def halves(self, share: float, gutter: float = 0.3) -> tuple[Column, Column]:
+    def halves(self, share: float, gutter: float = 0.3) -> tuple[Column, ...]:
         """Return two columns beside each other from here on, the left one of a share."""
         middle = self.left + share * (self.right - self.left)
-        place = {"page": self.page, "top": self.top}
-        return (
-            Column(self.pages, self.left, middle - gutter / 2, **place),  # type: ignore[arg-type]
-            Column(self.pages, middle + gutter / 2, self.right, **place),  # type: ignore[arg-type]
-        )
+        left, right = (self.left, middle - gutter / 2), (middle + gutter / 2, self.right)
+        return tuple(Column(self.pages, *sides, self.page, self.top) for sides in (left, right))
 
     def below(self, *columns: Column) -> None:
         """Go on where the last of some columns ends."""

@@ -126,7 +126,7 @@ def draw_slices(column: Column, plan: Plan) -> None:
         corner = LEFT + z % across * width + RING, top + LINE + RING
         _slice(axis, plan, z, _Frame(*corner, side, plan.design.shape))
     if nz % across:
-        left = LEFT + nz % across * width
+        left = LEFT + nz % across * width + 0.1
         _key(axis, plan, [(left, top + 0.21 * i) for i in range(8)])
 
 
