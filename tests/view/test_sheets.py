@@ -34,7 +34,7 @@ ROBOTS = {
     "buried": Design("1" * 13 + "2" + "1" * 13, shape=(3, 3, 3)),
     "six groups": Design("212121", shape=Lattice.of((3, 2, 1))),
     "phases": drawn_at_random((2, 2, 2), 3, phases=4),
-    "flat": Design("2020010022" * 10, shape=(10, 10, 1)),
+    "flat": Design("2020010022" * 2, shape=(10, 2, 1)),
     "tall": Design("212121212", shape=(1, 1, 9)),
     "large": Design("1" * 36 + 18 * "210220", shape=(6, 6, 4)),
 }
@@ -193,7 +193,7 @@ def test_too_wide_a_lattice_is_refused():
         draw_sheet(plan(design), facts_of([design])[0])
 
 
-@pytest.mark.parametrize("form", ["pdf", "svg", "html"])
+@pytest.mark.parametrize("form", ["pdf", "svg"])
 def test_files_are_the_same_on_every_run_and_have_no_date(form):
     names = ["six groups", "buried", "empty"] if form == "pdf" else ["six groups"]
     content = write((page for name in names for page in sheet(name)), form)
@@ -208,7 +208,9 @@ def test_files_are_the_same_on_every_run_and_have_no_date(form):
 
 
 def test_a_web_page_is_complete_and_prints_a_page_per_sheet():
-    content = write([*sheet("passive"), *sheet("buried")], "html").decode()
+    pages = [*sheet("passive"), *sheet("buried")]
+    content = write(pages, "html").decode()
+    assert write(pages, "html").decode() == content
     links = set(re.findall(r"\w+://[^\s\"')]+", content))
     assert links == {
         "http://www.w3.org/1999/xlink",
@@ -233,11 +235,9 @@ def test_what_cant_be_written_is_refused():
 
 
 def test_the_command_draws_them_whatever_mplbackend_names(tmp_path):
-    done = softvox("build", "6453", "0", "--out", "own.html", cwd=tmp_path, MPLBACKEND="no_such")
-    assert done.returncode == 1  # 0 has no voxels
-    content = (tmp_path / "own.html").read_text()
-    for title in ("Robot 6453", "Robot 0", "Batch of 1 robot"):
-        assert f">{title}</text>" in content
+    done = softvox("build", "6453", "--out", "own.svg", cwd=tmp_path, MPLBACKEND="no_such")
+    assert done.returncode == 0
+    assert (tmp_path / "own.svg").read_bytes() == write(sheet("the best"), "svg")
 
 
 def test_text_is_wrapped_between_words_and_never_within_a_place():
