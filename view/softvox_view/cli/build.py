@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -204,7 +205,8 @@ def _check_form(args: Namespace, designs: Sequence[Design]) -> None:
             f"an .svg holds one page, and {len(designs)} robots were asked for; write a .pdf"
         )
     try:
-        import softvox_view.figures.sheets  # noqa: F401
+        for module in ("style", "sheets"):  # the style before all that imports matplotlib
+            import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing("--out", error)) from error
 
