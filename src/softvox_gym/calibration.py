@@ -23,6 +23,7 @@ from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Phy
 from softvox_gym.real_tracks import LITTLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
+from softvox_gym.trials.measured import MeasuredReality, real_tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -156,8 +157,12 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
 def known_of(reality: Reality) -> dict[str, Any]:
     """Return what is known of a reality without calibrating: how its robots are actuated.
 
-    Of voxels made of smaller ones that is the simulator's, as their strain means another thing.
+    Of voxels made of smaller ones that is the simulator's, as their strain means another thing. Of
+    what was measured it is the frequency, where the trials say it.
     """
+    if isinstance(reality, MeasuredReality):
+        frequency = reality.measured[0].frequency_hz  # the same in all
+        return {} if frequency is None else {"frequency_hz": frequency}
     physics = reality.physics if reality.resolution == 1 else reality.nominal
     return {name: getattr(physics, name) for name in KNOWN}
 
@@ -324,7 +329,7 @@ class Calibration:
 
 
 def calibrate(
-    tracks: Sequence[RealTrack],
+    tracks: Sequence[RealTrack] | MeasuredReality,
     grid: str | Mapping[str, ArrayLike | None] = "friction,shear",
     physics: PhysicsLike = "published",
     *,
@@ -335,9 +340,11 @@ def calibrate(
 
     Parameters
     ----------
-    tracks : sequence of RealTrack
-        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them. Every design
-        is looked at after the cycles of its shortest trial.
+    tracks : sequence of RealTrack, or MeasuredReality
+        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` or
+        `softvox_gym.trials.real_tracks` makes them; cm of robots whose voxels are as wide as those
+        of the physics. Every design is looked at after the cycles of its shortest trial; those of
+        `Reality.from_trials` after its cycles.
     grid : str or dict
         Axes by name, as `grid_of` reads them or with their values, None for the usual ones:
         friction (pairs of static and kinetic), shear (T*, the shear strength over a voxel's
@@ -373,6 +380,8 @@ def calibrate(
     """
     base = single_physics(physics)
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
+    if isinstance(tracks, MeasuredReality):
+        tracks = real_tracks(tracks.measured, edge_cm=base.edge * 100, cycles=tracks.cycles)
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

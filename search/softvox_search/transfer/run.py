@@ -187,7 +187,7 @@ def prepared(
     where = reality_named(reality) if isinstance(reality, str) else reality
     if not isinstance(where, Reality):
         raise TypeError(f"reality must be a name or a softvox_gym.Reality, got {reality!r}")
-    number = tests_of(where, tests)
+    number = number_of_tests(where, tests)
     what = Task.of(task, heading)
     of_method, of_noise = np.random.SeedSequence(seed).spawn(2)
     testable = where.testable if isinstance(where, MeasuredReality) else None
@@ -197,16 +197,16 @@ def prepared(
     return partial(_run, made, simulator, world, number, seed)
 
 
-def tests_of(reality: Reality, tests: int | None) -> int:
+def number_of_tests(reality: Reality, tests: int | None, *, name: str = "tests") -> int:
     """Return how many tests are meant; raises as `transfer` does."""
-    is_measured = isinstance(reality, MeasuredReality)
-    most = len(reality.designs) if isinstance(reality, MeasuredReality) else N_DESIGNS
+    most, which = N_DESIGNS, "the designs there are"
+    if isinstance(reality, MeasuredReality):
+        most, which = len(reality.designs), "the designs that were measured"
     if tests is None:
         return min(TESTS, most)
-    check_count("tests", tests, least=1)
+    check_count(name, tests, least=1)
     if tests > most:
-        which = "the designs that were measured" if is_measured else "the designs there are"
-        raise ValueError(f"tests must be at most {most}, {which}, got {tests}")
+        raise ValueError(f"{name} must be at most {most}, {which}, got {tests}")
     return tests
 
 

@@ -291,7 +291,12 @@ def _checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
         raise TypeError("trials must be softvox_gym.trials.Trial, as softvox_gym.trials.read reads")
     if not trials:
         raise ValueError("there are no trials; give one at least")
-    if others := [_run(trial) for trial in trials if trial.design.lattice != LATTICE]:
+    others = [
+        f"{_run(trial)} of {trial.design.lattice}"
+        for trial in trials
+        if trial.design.lattice != LATTICE
+    ]
+    if others:
         raise ValueError(
             f"a reality has the designs of {LATTICE}, and {len(others)} of {len(trials)} runs are "
             f"of others: {_some(others)}; leave them out"
@@ -309,7 +314,7 @@ def _checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
 
 def _run(trial: Trial) -> str:
     """Return how errors call a run."""
-    return f"design {trial.design.index} ({trial.design.lattice}, {trial.digest[:12]})"
+    return f"design {trial.design.index} ({trial.digest[:12]})"
 
 
 def _some(values: Iterable[Any]) -> str:
