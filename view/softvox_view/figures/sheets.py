@@ -1,0 +1,567 @@
+"""Sheets to build robots from: what a plan says, drawn on A4, beside what the simulator expects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+from numpy.typing import NDArray
+
+from softvox_gym.build import TOWARDS, Inlet, Plan
+from softvox_gym.design import ABSENT, PASSIVE, Design
+from softvox_gym.lattice import FACES
+from softvox_gym.physics import Physics
+from softvox_gym.real_tracks import heading
+from softvox_gym.simulation import simulate
+from softvox_view.figures.pages import (
+    ASCENT,
+    HEIGHT,
+    LEFT,
+    LINE,
+    RIGHT,
+    SIZE,
+    WIDTH,
+    Column,
+    Pages,
+    box,
+    rule,
+    style,
+    width_of,
+)
+from softvox_view.figures.robots import relative_volume
+from softvox_view.figures.style import GREY, INK, PALE
+
+Array = NDArray[np.float64]
+
+#: Colours of the pigments, which differ in lightness; and of the stripes on what is passive.
+PINK, BLUE, STRIPES = "#F9C0D4", "#62A0DA", "#8DBDE8"
+
+#: Brightness of faces across x, y and z.
+SHADES = (0.84, 0.92, 1.0)
+
+#: Degrees: above the floor, and about the vertical, from where the two pictures are seen.
+ELEVATION, AZIMUTHS = 27.0, (-62.0, 118.0)
+
+#: Inches: of a site of a slice, least and most; around a slice, for inlets, and for coordinates;
+#: the side of a picture of the robot.
+SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.7, 0.27, 0.17, 1.55
+
+#: Inches: of the key to the slices.
+KEY = 1.8
+
+#: Of a voxel's side: the punch is a quarter of an inch, a voxel one and a half centimetres.
+VOXEL_CM = 1.5
+PUNCH = 0.25 * 2.54 / VOXEL_CM
+
+#: Sites along x or y that a sheet has room for.
+MOST = 20
+
+#: When the volume is measured, cycles.
+MOMENTS = (0.0, 0.25, 0.5, 0.75)
+FRACTIONS = ("0", "\N{VULGAR FRACTION ONE QUARTER}", "\N{VULGAR FRACTION ONE HALF}")
+FRACTIONS += ("\N{VULGAR FRACTION THREE QUARTERS}",)
+
+#: Where a robot's maker writes.
+BLANK = "_" * 12
+
+#: Grams, of a voxel with its tube.
+VOXEL_G = 1.2
+
+TUBES = (
+    "Each group: a hole in one outer side, a 1/32 in tube glued in with Sil-Poxy, a straight "
+    "connector to 1/16 in tube. Blow it up by syringe in a beaker of water; where bubbles rise, "
+    "close the leak with Sil-Poxy. Tick when it is tight: the slice, and then the stacked robot."
+)
+TRAVEL = (
+    "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
+    "three times."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What the simulator expects of a robot under the published physics.
+
+    Parameters
+    ----------
+    fitness : float
+        Voxel widths; NaN where the simulation diverges.
+    heading : float, or None
+        Degrees from +x towards +y; None for a robot that hardly moves, or diverges.
+    cycle, volume : array, shape (k,)
+        Moments of one cycle of actuation, 0 to 1, and the robot's volume then, relative to rest.
+    """
+
+    fitness: float
+    heading: float | None
+    cycle: Array
+    volume: Array
+
+    def volume_at(self, moment: float) -> float:
+        """Return the relative volume at a moment, cycles."""
+        return float(np.interp(moment, self.cycle, self.volume))
+
+
+def facts_of(designs: Sequence[Design]) -> list[Facts]:
+    """Return what the simulator expects of designs of one lattice, simulated in one batch.
+
+    ValueError for designs of several lattices.
+    """
+    if not designs:
+        return []
+    result = simulate(designs)
+    cycle, volume = relative_volume(designs)
+    ways = [heading(moved[:2]) for moved in result.displacement]
+    return [
+        Facts(float(fitness), None if math.isnan(way) else way, cycle, own)
+        for fitness, way, own in zip(result.fitness, ways, volume, strict=True)
+    ]
+
+
+def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
+    """Draw the sheet of a robot: one A4 page, and more where a large one needs them.
+
+    Raises
+    ------
+    ValueError
+        For a lattice of more than `MOST` sites along x or y.
+    """
+    nx, ny, _ = plan.design.shape
+    if max(nx, ny) > MOST:
+        raise ValueError(
+            f"a sheet has room for lattices of up to {MOST} sites along x and y, got "
+            f"{plan.design.lattice}; build it of parts"
+        )
+    with style():
+        made = Pages(_title(plan.design))
+        column = Column(made)
+        _head(column, plan)
+        _pictures(column, plan, facts)
+        _slices(column, plan)
+        if plan.groups:
+            _groups(column, plan)
+        left, right = column.halves(0.56)
+        if not plan.problems:
+            left.heading("Order of assembly")
+            for i, step in enumerate(plan.steps, start=1):
+                _item(left, f"{i}", step)
+            _measure(right, plan, facts)
+    return tuple(made.figures)
+
+
+def _title(design: Design) -> str:
+    """Return a robot's name; a number of many digits is none."""
+    number = str(design.index)
+    return f"Robot {number}" if len(number) <= 13 else f"Robot on {design.lattice}"
+
+
+def _heading(facts: Facts) -> str:
+    """Return a heading in words, rounded."""
+    if facts.heading is None:
+        return "no heading"
+    return f"{facts.heading:.0f}\N{DEGREE SIGN}".replace("-", "\N{MINUS SIGN}")
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _head(column: Column, plan: Plan) -> None:
+    """Write what robot it is, who built it, and what is wrong with it."""
+    design = plan.design
+    axis, top = column.room(0.36)
+    axis.text(LEFT, top + 0.22, _title(design), size=18, weight="bold", va="baseline")
+    words = f"built by {2 * BLANK}   date {BLANK}"
+    axis.text(RIGHT, top + 0.22, words, ha="right", va="baseline")
+    rule(axis, LEFT, RIGHT, top + 0.32, lw=1.2)
+    passive = design.n_voxels - design.n_active
+    parts = [
+        f"digits {design.digits}",
+        f"lattice {design.lattice}",
+        f"{_count(design.n_voxels, 'voxel')} of {VOXEL_CM:g} cm: {design.n_active} active, "
+        f"{passive} passive",
+        _count(len(plan.groups), "actuator group"),
+        f"{_count(len(plan.holes), 'hole')} to punch",
+    ]
+    column.row((0, " \N{MIDDLE DOT} ".join(parts)))
+    if plan.problems:
+        column.gap(0.5 * LINE)
+        begin = column.page, column.top
+        column.gap(0.4 * LINE)
+        column.row((0.12, "This robot can't be built with the kit:"), weight="bold")
+        for problem in plan.problems:
+            column.row((0.12, "\N{BULLET}"), (0.24, problem))
+        column.gap(0.4 * LINE)
+        if column.page == begin[0]:
+            axis = column.pages.axis(column.page)
+            frame = {"fc": "none", "ec": INK, "lw": 1.6}
+            size = RIGHT - LEFT, column.top - begin[1]
+            axis.add_patch(Rectangle((LEFT, begin[1]), *size, **frame))
+    for warning in plan.warnings:
+        column.row((0, "Take care: " + warning))
+    column.gap(0.5 * LINE)
+
+
+def _pictures(column: Column, plan: Plan, facts: Facts) -> None:
+    """Draw the robot from two sides, where the simulator sends it, and its volume."""
+    axis, top = column.room(LINE + PICTURE + LINE)
+    lefts = np.linspace(LEFT, RIGHT - PICTURE, 4)
+    words = ["from +x, \N{MINUS SIGN}y, above", "from \N{MINUS SIGN}x, +y, above"]
+    words += ["simulated, from above", "volume / volume at rest"]
+    for left, text in zip(lefts, words, strict=True):
+        axis.text(left + PICTURE / 2, top + ASCENT, text, ha="center", va="baseline")
+    for left, azimuth in zip(lefts, AZIMUTHS, strict=False):
+        draw_robot(axis, plan, azimuth, left, top + LINE)
+    _map(axis, plan.design, facts, lefts[2], top + LINE)
+    if plan.design.n_voxels and np.isfinite(facts.volume).all():
+        _volume(axis, facts, lefts[3], top + LINE)
+
+
+def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) -> None:
+    """Draw a robot with its tubes, seen in parallel from an azimuth, into a square of `PICTURE`."""
+    up, about = math.radians(ELEVATION), math.radians(azimuth)
+    right = np.array([-math.sin(about), math.cos(about), 0])
+    view = np.array([math.cos(up) * math.cos(about), math.cos(up) * math.sin(about), math.sin(up)])
+    screen = np.stack([right, -np.cross(view, right)])  # y of the page goes down
+    shape = np.array(plan.design.shape, dtype=float)
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T * np.add(shape, (1.4, 1.4, 0)) - (0.7, 0.7, 0)
+    seen = corners @ screen.T
+    scale = PICTURE / np.ptp(seen, axis=0).max()
+    shift = np.array([left, top]) + PICTURE / 2 - scale * (seen.min(axis=0) + seen.max(axis=0)) / 2
+
+    def place(points: Any) -> Array:
+        return np.asarray(np.asarray(points) @ screen.T * scale + shift)
+
+    ground = place([(0, 0, 0), (shape[0], 0, 0), (*shape[:2], 0), (0, shape[1], 0)])
+    axis.fill(*ground.T, fc="none", ec=PALE, lw=0.6)
+    # The axes lie on the two sides of the lattice that are nearer.
+    near = [shape[0] + 0.3 if view[0] > 0 else -0.3, shape[1] + 0.3 if view[1] > 0 else -0.3]
+    for k, name in enumerate("xy"):
+        start, end = np.zeros(3), np.zeros(3)
+        start[1 - k] = end[1 - k] = near[1 - k]
+        end[k] = 1
+        _arrow(axis, *place([start, end]))
+        axis.text(*place(end + (end - start) * 0.3), name, ha="center", va="center")
+    shown = sorted(_drawn(plan, view), key=lambda one: one[0])
+    faces = [place(points) for _, points, _ in shown]
+    looks = {"facecolors": [colour for _, _, colour in shown], "edgecolors": INK, "lw": 0.5}
+    axis.add_collection(PolyCollection(faces, joinstyle="round", **looks), autolim=False)
+
+
+def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
+    """Yield what is seen of a robot: how near it is, its corners and its colour."""
+    padded = np.pad(plan.design.kinds, 1)
+    across = np.array([-1, 1, 1, -1]), np.array([-1, -1, 1, 1])
+    for site in np.argwhere(plan.design.kinds != ABSENT):
+        colour = np.array(_rgb(BLUE if plan.design.kinds[tuple(site)] == PASSIVE else PINK))
+        for face in np.array(FACES):
+            if face @ view <= 0 or padded[tuple(site + face + 1)] != ABSENT:
+                continue
+            corners = np.tile(site + 0.5 + face / 2, (4, 1))
+            corners[:, np.flatnonzero(face == 0)] += np.stack(across, axis=1) / 2
+            yield (site + 0.5) @ view, corners, colour * SHADES[np.flatnonzero(face)[0]]
+    for group in plan.groups:
+        if group.inlet is not None:
+            site, face = np.array(_place(plan, group.inlet.site)), np.array(group.inlet.face)
+            wide = np.cross(face, view)
+            wide = 0.06 * wide / np.linalg.norm(wide)
+            ends = site + 0.5 + np.outer([0.5, 0.5, 1, 1], face)
+            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), INK
+
+
+def _rgb(colour: str) -> tuple[float, ...]:
+    return tuple(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+
+
+def _place(plan: Plan, site: int) -> tuple[int, int, int]:
+    """Return x, y, z of a site."""
+    nx, ny, _ = plan.design.shape
+    return site % nx, site // nx % ny, site // (nx * ny)
+
+
+def _arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
+    looks = {"arrowstyle": "-|>,head_length=0.3,head_width=0.15", "color": INK, "lw": lw}
+    axis.annotate("", end, start, arrowprops={**looks, "shrinkA": 0, "shrinkB": 0})
+
+
+def _map(axis: Axes, design: Design, facts: Facts, left: float, top: float) -> None:
+    """Draw, from above, where the robot stands and where it travels."""
+    side = PICTURE - LINE - 0.1
+    left += (PICTURE - side) / 2
+    axis.add_patch(Rectangle((left, top), side, side, fc="none", ec=GREY, lw=0.6))
+    nx, ny, _ = design.shape
+    way = np.zeros(2)
+    if facts.heading is not None:
+        angle = math.radians(facts.heading)
+        way = facts.fitness * np.array([math.cos(angle), math.sin(angle)])
+    middle = np.array([nx, ny]) / 2
+    ends = np.array([[0, 0], [nx, ny], middle + way])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    scale = side / (1.2 * (high - low).max() + 0.8)
+
+    def place(points: Any) -> Array:
+        moved = (np.asarray(points) - (low + high) / 2) * (scale, -scale)
+        return np.asarray(np.add(moved, (left + side / 2, top + side / 2)))
+
+    for x, y in np.argwhere((design.array != ABSENT).any(axis=2)):
+        corner = place((x, y + 1))
+        axis.add_patch(Rectangle(corner, scale, scale, fc=PALE, ec="white", lw=0.4))
+    if facts.heading is not None:
+        _arrow(axis, place(middle), place(middle + way), 1.4)
+    for text, end, shift in (("x", (0.3, 0), (0.06, 0)), ("y", (0, -0.3), (0, -0.06))):
+        start = np.array([left + 0.08, top + side - 0.08])
+        _arrow(axis, start, start + end, 0.6)
+        axis.text(*(start + end + shift), text, ha="center", va="center")
+    words = f"{facts.fitness:.2f} voxel widths"
+    words += (
+        " towards no side" if facts.heading is None else f", {facts.heading:.0f}\N{DEGREE SIGN}"
+    )
+    if math.isnan(facts.fitness):
+        words = "the simulation diverges"
+    elif facts.heading is None:
+        words = f"{facts.fitness:.2f} voxel widths: no heading"
+    place_of = left + side / 2, top + side + LINE
+    axis.text(*place_of, words, ha="center", va="baseline", weight="bold")
+
+
+def _volume(axis: Axes, facts: Facts, left: float, top: float) -> None:
+    """Draw the volume over a cycle, with the moments at which it is measured."""
+    side = PICTURE - LINE - 0.1
+    bounds = (left + 0.3) / WIDTH, 1 - (top + side) / HEIGHT, (PICTURE - 0.36) / WIDTH
+    figure = axis.figure
+    own = figure.add_axes((*bounds, side / HEIGHT))
+    own.plot(facts.cycle, facts.volume, color=INK, lw=1.2)
+    values = [facts.volume_at(moment) for moment in MOMENTS]
+    own.plot(MOMENTS, values, "o", ms=4.5, mfc="white", mec=INK, clip_on=False, zorder=3)
+    own.axhline(1, color=PALE, lw=0.8, zorder=0)
+    own.set(xlim=(0, 1), ylim=(0.8, 2.05))
+    own.set_xticks([*MOMENTS, 1], [*FRACTIONS, "1"])
+    own.set_yticks([1, 1.5, 2])
+    own.set_xlabel("cycle; \N{WHITE CIRCLE} measured", labelpad=1)
+
+
+def _slices(column: Column, plan: Plan) -> None:
+    """Draw every slice from below, and a key to them."""
+    nx, ny, nz = plan.design.shape
+    around = 2 * RING + NAMES
+
+    def fits(across: int) -> float:
+        return min(((RIGHT - LEFT) / across - around) / nx, LARGEST)
+
+    options = [across for across in range(1, 5) if across == 1 or fits(across) >= SMALLEST]
+    across = min(options, key=lambda one: (-(-(nz + 1) // one), -fits(one), one))
+    side, width = fits(across), (RIGHT - LEFT) / across
+    high = max(side * ny + around + LINE, KEY)
+    column.heading("Slices, seen from below: open side up, x to the left", follows=high)
+    for panel in range(nz + 1):
+        if panel % across == 0:
+            axis, top = column.room(high)
+        left = LEFT + panel % across * width
+        if panel < nz:
+            corner = left + RING, top + LINE + RING
+            _slice(axis, plan, panel, _Frame(*corner, side, plan.design.shape))
+        else:
+            _key(axis, plan, left, top + LINE)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Where on the page the sites of a slice are that lies on its upper side."""
+
+    left: float
+    top: float
+    side: float
+    shape: tuple[int, int, int]
+
+    def centre(self, site: int) -> Array:
+        """Return the middle of a site: y goes up, and x to the left."""
+        nx, ny, _ = self.shape
+        x, y = site % nx, site // nx % ny
+        place = (self.left + (nx - x - 0.5) * self.side, self.top + (ny - y - 0.5) * self.side)
+        return np.array(place)
+
+
+def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
+    """Draw a slice from below."""
+    nx, ny, nz = plan.design.shape
+    ends = {0: " (bottom)", nz - 1: " (top)"} if nz > 1 else {}
+    title = f"z = {z}{ends.get(z, '')}"
+    above = frame.top - RING - LINE + ASCENT
+    axis.text(frame.left, above, title, weight="bold", va="baseline")
+    own = range(nx * ny * z, nx * ny * (z + 1))
+    names = {site: group.name for group in plan.groups for site in group.sites}
+    digits = plan.design.digits
+    are_named = width_of(f"{nx - 1},{ny - 1}") < 0.9 * frame.side
+    for site in own:
+        middle = frame.centre(site)
+        _voxel(axis, middle, frame.side, digits[site], names.get(site, ""))
+        if are_named and digits[site] != "0":
+            words = f"{site % nx},{site // nx % ny}"
+            axis.text(*np.add(middle, (0, 0.24 * frame.side)), words, ha="center", va="center")
+    for bond in plan.bonds:
+        if bond[0] in own:
+            _seam(axis, *map(frame.centre, bond), 1.0, lw=2.0)
+    for hole in plan.holes:
+        if hole.sites[0] in own:
+            _hole(axis, *map(frame.centre, hole.sites))
+    for group in plan.groups:
+        if group.inlet is not None and group.inlet.site in own:
+            _inlet(axis, frame, group.name, group.inlet)
+    _directions(axis, frame, are_named)
+
+
+def _voxel(axis: Axes, middle: Array, side: float, digit: str, name: str) -> None:
+    """Draw a site of a slice."""
+    corner = middle - side / 2
+    if digit == "0":
+        looks: dict[str, Any] = {"fc": "none", "ec": GREY, "lw": 0.6, "ls": ":"}
+        axis.add_patch(Rectangle(corner, side, side, **looks))
+        return
+    looks = {"fc": PINK, "lw": 0} if name else {"fc": BLUE, "ec": STRIPES, "hatch": "///", "lw": 0}
+    axis.add_patch(Rectangle(corner, side, side, **looks))
+    axis.add_patch(Rectangle(corner, side, side, fc="none", ec=INK, lw=0.8))
+    size = 12 if side > 0.5 else SIZE
+    place = middle - (0, 0.16 * side)
+    axis.text(*place, name, size=size, weight="bold", ha="center", va="center")
+
+
+def _seam(axis: Axes, first: Array, second: Array, share: float, **looks: Any) -> None:
+    """Draw a share of the face between two neighbours of a slice."""
+    across = (second - first)[::-1] * share / 2
+    ends = (first + second) / 2 + np.outer([-1, 1], across)
+    axis.plot(*ends.T, **{"color": INK, "solid_capstyle": "butt", **looks})
+
+
+def _hole(axis: Axes, first: Array, second: Array) -> None:
+    """Draw the hole between two neighbours, as long as the punch."""
+    _seam(axis, first, second, PUNCH, lw=5)
+    _seam(axis, first, second, PUNCH - 0.04, lw=3.4, color="white")
+
+
+def _inlet(axis: Axes, frame: _Frame, name: str, inlet: Inlet) -> None:
+    """Draw an inlet: an arrow onto a side, or a ring on the side below or above."""
+    middle, side = frame.centre(inlet.site), frame.side
+    x, y, z = inlet.face
+    if z:
+        _ring(axis, np.add(middle, (0.34 * side, -0.32 * side)), z)
+        return
+    out = np.array([-x, -y])
+    start = middle + out * (side / 2 + 0.15)
+    _arrow(axis, start, middle + out * side / 2, 1.2)
+    nx, ny, _ = frame.shape
+    low, high = np.array([frame.left, frame.top]), np.array([nx, ny]) * side
+    inside = ((start > low) & (start < low + high)).all()
+    if not inside or side > 0.5:
+        axis.text(*(start + 0.07 * out), name, weight="bold", ha="center", va="center")
+
+
+def _ring(axis: Axes, middle: Array, z: int) -> None:
+    """Draw the sign of what comes towards the reader, from below, or goes away from him."""
+    axis.add_patch(Circle(middle, 0.045, fc="white", ec=INK, lw=0.9))
+    if z < 0:
+        axis.add_patch(Circle(middle, 0.012, fc=INK, lw=0))
+        return
+    for slope in (1, -1):
+        axis.plot(*(middle + np.outer([-0.03, 0.03], [1, slope])).T, color=INK, lw=0.9)
+
+
+def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
+    """Draw which way x and y go, and where sites have no room for them their coordinates."""
+    nx, ny, _ = frame.shape
+    corner = np.array([frame.left + nx * frame.side, frame.top + ny * frame.side])
+    for name, way in (("x", np.array([-1, 0])), ("y", np.array([0, -1]))):
+        start = corner + 0.1
+        _arrow(axis, start, start + (0.1 + 0.3 * frame.side) * way)
+        axis.text(*(corner + 0.1 + 0.11 * (1 + way)), name, ha="center", va="center")
+        for k in () if are_named else range(nx if name == "x" else ny):
+            beyond = corner + RING + NAMES / 2
+            place = np.where(way, corner + (k + 0.5) * frame.side * way, beyond)
+            axis.text(*place, str(k), ha="center", va="center")
+
+
+def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
+    """Explain the slices' signs."""
+    faces = {group.inlet.face for group in plan.groups if group.inlet is not None}
+    words = ["active: pink, letter of its group", "passive: blue (or yellow)", "no voxel"]
+    words += ["bonded with Sil-Poxy", "hole to punch", "inlet, on this side"]
+    words += ["inlet, on the underside"] * ((0, 0, -1) in faces)
+    words += ["inlet, on the upper side"] * ((0, 0, 1) in faces)
+    for row, text in enumerate(words):
+        middle = np.array([left + 0.09, top + 0.21 * row])
+        if row < 3:
+            _voxel(axis, middle, 0.17, "210"[row], " " * (row == 0))
+        elif row < 5:
+            ends = middle - (0.1, 0), np.add(middle, (0.1, 0))
+            _seam(axis, *ends, 1.0, lw=2)
+            if row == 4:
+                _seam(axis, *ends, 0.6, lw=5)
+                _seam(axis, *ends, 0.4, lw=3.4, color="white")
+        elif row == 5:
+            _arrow(axis, middle - (0.1, 0), np.add(middle, (0.08, 0)), 1.2)
+        else:
+            _ring(axis, middle, -1 if "under" in text else 1)
+        axis.text(left + 0.28, middle[1], text, va="center")
+
+
+def _groups(column: Column, plan: Plan) -> None:
+    """Write where each group's tube goes in and why, with boxes to tick."""
+    column.heading("Actuator groups, tubes and leaks")
+    column.row((0, TUBES))
+    column.gap(0.3 * LINE)
+    phases = plan.design.lattice.phases > 1
+    at = (0, 0.5, 1.0, 1.55, 2.75, 5.9, 6.5)
+    heads = ["group", "z", "voxels", "inlet", "why there", "slice", "robot"]
+    column.row(*zip(at, heads, strict=True), weight="bold")
+    for group in plan.groups:
+        inlet, why = "none", "it does not reach the surface"
+        if group.inlet is not None:
+            place = ",".join(map(str, _place(plan, group.inlet.site)))
+            inlet, why = f"({place}), {TOWARDS[group.inlet.face]}", group.inlet.why
+        if phases:
+            why = f"{why}; pumped {group.phase:g} cycles ahead" if group.phase else why
+        cells = [group.name, str(group.z), str(len(group.sites)), inlet, why]
+        axis, foot = column.row(*zip(at, cells, strict=False), end=at[5])
+        for left in at[5:] if group.inlet is not None else ():
+            box(axis, LEFT + left + 0.1, foot)
+
+
+def _item(column: Column, mark: str, text: str) -> None:
+    """Write an item of a list."""
+    column.row((0, mark), (0.22, text))
+    column.gap(0.25 * LINE)
+
+
+def _measure(column: Column, plan: Plan, facts: Facts) -> None:
+    """Write what to measure beside what the simulator expects."""
+    column.heading("What to measure")
+    mass = f"Mass with tubes, without connectors: {VOXEL_G * plan.design.n_voxels:.1f} g expected"
+    column.row((0, mass), (2.45, "____ g"))
+    column.gap(0.5 * LINE)
+    column.row((0, TRAVEL))
+    column.gap(0.3 * LINE)
+    at = (0, 1.15, 2.1)
+    cycles = float(Physics.published().cycles)
+    column.row(*zip(at, ("", "distance, cm", "heading"), strict=True), weight="bold")
+    distance = f"{facts.fitness * VOXEL_CM:.1f} in {cycles:g}"
+    column.row(*zip(at, ("simulated", distance, _heading(facts)), strict=True))
+    for run in "123":
+        column.gap(0.35 * LINE)
+        column.row(*zip(at, (f"run {run}", *2 * [BLANK]), strict=True))
+    column.gap(0.5 * LINE)
+    column.row((0, "Volume in water at four moments of a cycle, relative to rest."))
+    column.gap(0.3 * LINE)
+    at = (0, 0.85, 1.4, 1.95, 2.5)
+    column.row(*zip(at, ("cycle", *FRACTIONS), strict=True), weight="bold")
+    values = [f"{facts.volume_at(moment):.2f}" for moment in MOMENTS]
+    column.row(*zip(at, ("simulated", *values), strict=True))
+    column.gap(0.35 * LINE)
+    column.row(*zip(at, ("measured", *4 * ["_____"]), strict=True))
+    column.gap(0.5 * LINE)
+    column.row((0, "Notes:"))
