@@ -1,0 +1,223 @@
+"""softvox trials next: which robots to build and test, by what the database holds."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softvox_gym import MeasuredReality, Physics, Reality, Task
+from softvox_gym.cli.parser import add_physics, cycles, number, physics_of, whole_number
+from softvox_gym.cli.reality import plain
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import Design
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.progress import Progress
+from softvox_gym.real_tracks import heading
+from softvox_gym.trials import Trial
+from softvox_gym.trials.measured import CONDITIONS
+from softvox_search.cli.options import not_negative, options_given
+from softvox_view.cli.trials.options import add_folders, read_folders
+
+if TYPE_CHECKING:
+    from softvox_search.transfer.next import Proposal
+
+#: Of `CONDITIONS`.
+NUMBERS = ("pressure_kpa", "frequency_hz")
+
+DESCRIPTION = """\
+Propose robots to build and test next, by what was measured: where the models
+that fit it disagree (--method eea), or where most is expected (--method ite).
+The first choice comes first, and every other one as if those before it had
+shown what is expected of them. None was measured, turned and mirrored ones
+included, and the kit can build them all. In an empty folder nothing was
+measured, and the simulator and the method's own models choose.
+
+eea simulates 40 models of all designs when it is first asked, which takes some
+minutes, and keeps them; --option size=8 has fewer. docs/transfer.md tells the
+methods and their options.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "next",
+        help="propose robots to build and test",
+        description=DESCRIPTION,
+        usage="softvox trials next [DIR ...] [--method eea|ite] [--budget N] [options]",
+    )
+    add_folders(parser)
+    options: dict[str, dict[str, Any]] = {
+        "method": {
+            "default": "eea",
+            "metavar": "NAME",
+            "help": "eea, by disagreement, or ite, by expected gain (default: %(default)s)",
+        },
+        "budget": {
+            "type": whole_number,
+            "default": 5,
+            "metavar": "N",
+            "help": "robots, at most 100 (default: %(default)s)",
+        },
+        "task": {
+            "default": "displacement",
+            "metavar": "NAME",
+            "help": "displacement, in any direction, or directed, along a heading "
+            "(default: %(default)s)",
+        },
+        "heading": {
+            "type": number,
+            "metavar": "DEG",
+            "help": "of the directed task, degrees from x towards y (default: 0)",
+        },
+        "seed": {
+            "type": not_negative,
+            "default": 0,
+            "metavar": "N",
+            "help": "of all random numbers (default: %(default)s)",
+        },
+        "option": {
+            "action": "append",
+            "default": [],
+            "metavar": "KEY=VALUE",
+            "help": "of the method, with a value as in TOML; may be given several times",
+        },
+        "only": {
+            "action": "append",
+            "default": [],
+            "metavar": "KEY=VALUE",
+            "help": "only trials of one surface, reality, ..., as surface=acrylic; may be given "
+            "several times",
+        },
+        "cycles": {
+            "type": cycles,
+            "metavar": "N",
+            "help": "after which real and simulated robots are looked at, or REAL:SIMULATED, as "
+            "90:23 (default: as many as the shortest run has)",
+        },
+        "json": {"action": "store_true", "help": "print JSON"},
+        "quiet": {"action": "store_true", "help": "no progress bar"},
+    }
+    for name, settings in options.items():
+        parser.add_argument(f"--{name}", **settings)
+    add_physics(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Propose robots, and print them."""
+    from softvox_search.transfer.next import proposals
+
+    if args.duration is not None:
+        raise BadInputError("--duration is said by --cycles; leave it out")
+    with bad_input("--task:" if args.heading is None else "--heading:"):
+        task = Task(args.task, args.heading)
+    physics, where = _worlds(args)
+    options = options_given(args.option)
+    with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="models") as progress:
+        made = proposals(
+            where,
+            method=args.method,
+            budget=args.budget,
+            task=task,
+            seed=args.seed,
+            nominal=physics,
+            progress=progress,
+            **options,
+        )
+    facts = {
+        "method": args.method,
+        "options": options,
+        "task": task.name,
+        "heading": task.heading,
+        "seed": args.seed,
+        "measured": [] if where is None else where.designs.tolist(),
+        "about": "nothing was measured" if where is None else where.about,
+        "cycles_real": None if where is None else where.cycles,
+        "cycles_simulated": round(float(physics.cycles), 3),
+        "physics": physics.to_dict(),
+    }
+    table = _table(made)
+    if args.json:
+        print(json.dumps({**facts, "proposals": table.records()}, indent=2, allow_nan=False))
+    else:
+        print(_text(facts, table))
+    return 0
+
+
+def _worlds(args: Namespace) -> tuple[Physics, MeasuredReality | None]:
+    """Return the simulator, and what was measured; None where nothing was."""
+    trials, physics = read_folders(args), physics_of(args)
+    for pair in args.only:
+        trials = tuple(trial for trial in trials if _is(trial, pair))
+    if args.only and not trials:
+        raise BadInputError(f"--only {' --only '.join(args.only)}: no trial is left; ask for less")
+    if not trials:
+        return physics, None
+    with bad_input():
+        real, simulated = args.cycles or (None, None)
+        where = Reality.from_trials(trials, cycles=real)
+        simulated = simulated or where.cycles
+        if abs(simulated - float(physics.cycles)) > 1e-3:  # else a landscape that ships
+            physics = physics.lasting(simulated)
+    return physics, replace(where, nominal=physics)
+
+
+def _is(trial: Trial, pair: str) -> bool:
+    """Return whether a trial is one of those that KEY=VALUE asks for."""
+    key, equals, text = pair.partition("=")
+    if key not in CONDITIONS or not equals:
+        raise BadInputError(f"--only must be {'|'.join(CONDITIONS)}=VALUE, got {pair!r}")
+    value = getattr(trial, key)
+    return text == ("" if value is None else f"{value:g}" if key in NUMBERS else value)
+
+
+def _table(made: Sequence[Proposal]) -> Section:
+    """Return the proposals, the first choice first."""
+    rows = []
+    for one in made:
+        moved = None if one.displacement is None else one.displacement[:2]
+        rows.append(
+            (
+                one.design,
+                Design(one.design).digits,
+                one.reward,
+                one.spread,
+                None if moved is None else plain(heading(moved)),
+                one.simulated,
+                None if moved is None else moved.tolist(),
+                one.why,
+            )
+        )
+    columns = (
+        Column("design", "design"),
+        Column("digits"),
+        Column("reward", "expected", ".2f"),
+        Column("spread", "spread", ".2f"),
+        Column("heading", "heading" if any(row[4] is not None for row in rows) else "", ".0f"),
+        Column("simulated", "simulated", ".2f"),
+        Column("displacement"),
+        Column("why", "why"),
+    )
+    return Section(columns=columns, rows=rows)
+
+
+def _text(facts: dict[str, Any], table: Section) -> str:
+    """Return it for people."""
+    along = "" if facts["heading"] is None else f" along {facts['heading']:g} degrees"
+    designs = " ".join(str(row[0]) for row in table.rows)
+    return "\n".join(
+        [
+            f"{facts['method']}, {facts['task']}{along}; {facts['about']}",
+            f"held against {facts['cycles_simulated']:g} simulated cycles",
+            "",
+            table.text() if table.rows else "no robot is proposed",
+            "",
+            "Lengths in voxel widths, headings in degrees.",
+            f"softvox build {designs} draws the sheets to build them from." if designs else "",
+        ]
+    ).rstrip()
