@@ -177,8 +177,8 @@ def plan(design: Design) -> Plan:
     [('A', (0, 1, 2, 3), (-1, 0, 0)), ('B', (4, 5, 6, 7), (-1, 0, 0))]
     >>> len(full.holes), full.problems
     (8, ())
-    >>> print(*plan(Design("20020000")).problems)
-    it is 2 pieces, (0, 0, 0) | (1, 1, 0): (0, 0, 0) and (1, 1, 0) share an edge, and bonds need a face
+    >>> plan(Design("10010000")).problems[0][:59]
+    'it is 2 pieces, (0, 0, 0) | (1, 1, 0), that share an edge, '
     """
     body = _Body(design)
     bonds = tuple(body.bonds())
@@ -190,8 +190,8 @@ def plan(design: Design) -> Plan:
     return made if problems else replace(made, steps=tuple(body.steps(made)))
 
 
-#: A face to which a tube can be led: how bad that is (see `_WHERE`; whether a voxel stands before
-#: it, further out; how many stand beside the tube), the site and the face.
+#: A face to which a tube can be led, after how bad it is: its place in `_WHERE`, whether a voxel
+#: stands before it further out, and how many stand beside the tube.
 _Opening = tuple[tuple[int, bool, int], int, Vector]
 
 _ORDER = {face: i for i, face in enumerate([*SIDES, TOP, UNDERSIDE])}
@@ -199,7 +199,7 @@ _ORDER = {face: i for i, face in enumerate([*SIDES, TOP, UNDERSIDE])}
 _WHERE = (
     "a side",
     "the top, as no side is free",
-    "the underside of an overhang, as no side and no top is free",
+    "the underside of an overhang, as neither side nor top is free",
     "the underside, as nothing else is free",
 )
 
@@ -216,17 +216,13 @@ class _Body:
     """A design's voxels by their places, and what is asked of them."""
 
     def __init__(self, design: Design) -> None:
-        self.design, (self.nx, self.ny, self.nz) = design, design.lattice
+        self.design, self.place = design, design.lattice.place
         self.digits = [int(digit) for digit in design.digits]
         self.sites = {self.place(s): s for s, digit in enumerate(self.digits) if digit != ABSENT}
         hollows = closed_hollows((design.array != ABSENT)[..., np.newaxis])
         #: Where something is built, or no tube can be led.
         self.shut = {*self.sites, *((x, y, z) for x, y, z, _ in np.argwhere(hollows).tolist())}
         self.levels = sorted({z for _, _, z in self.sites})
-
-    def place(self, site: int) -> Vector:
-        """Return a site's x, y, z."""
-        return site % self.nx, site // self.nx % self.ny, site // (self.nx * self.ny)
 
     def named(self, sites: Iterable[int]) -> str:
         """Return sites as people read them."""
@@ -281,9 +277,10 @@ class _Body:
         if not pieces:
             yield "it has no voxels"
         if len(pieces) > 1:
-            shown, touching = _some([self.named(one) for one in pieces], " | "), self._touching()
-            touch = f": {_some(touching)}, and bonds need a face" if touching else ""
-            yield f"it is {len(pieces)} pieces, {shown}{touch}"
+            named = _some([self.named(one) for one in pieces], " | ")
+            shared = [f"share {what}, {self.pairs(own)}" for what, own in self._touching()]
+            touch = f"{' and '.join(shared)}, but no face to bond" if shared else "do not touch"
+            yield f"it is {len(pieces)} pieces, {named}, that {touch}"
         digits = self.digits
         active = [pair for pair in bonds if min(digits[site] for site in pair) >= ACTIVE]
         torn = [(a, b) for a, b in active if digits[a] != digits[b]]
@@ -299,16 +296,20 @@ class _Body:
                     "surface, and its tube needs one; leave out a voxel beside it"
                 )
 
-    def _touching(self) -> list[str]:
-        """Return which voxels of different pieces touch, without a common face."""
+    def _touching(self) -> Iterator[tuple[str, list[tuple[int, int]]]]:
+        """Yield what voxels of different pieces share, and which."""
         piece_of = {site: i for i, one in enumerate(self.design.components) for site in one}
-        return [
-            f"{self.place(site)} and {self.place(other)} share {_SHARED[sum(map(abs, way))]}"
-            for place, site in self.sites.items()
-            for way in _AROUND
-            if (other := self.sites.get(_moved(place, way), -1)) > site
-            and piece_of[other] != piece_of[site]
-        ]
+        for differing, what in _SHARED.items():
+            found = [
+                (site, other)
+                for place, site in self.sites.items()
+                for way in _AROUND
+                if sum(map(abs, way)) == differing
+                and (other := self.sites.get(_moved(place, way), -1)) > site
+                and piece_of[other] != piece_of[site]
+            ]
+            if found:
+                yield what, found
 
     def warnings(self) -> Iterator[str]:
         """Yield what needs care, but for inlets."""
@@ -329,8 +330,9 @@ class _Body:
         for z in self.levels:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
-                sites = [[site + self.nx * self.ny * z for site in part] for part in parts]
-                shown = _some([self.named(part) for part in sites], " | ")
+                below = z * flat.lattice.sites
+                named = [self.named(below + site for site in part) for part in parts]
+                shown = _some(named, " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: nothing "
                     "holds them together until the slices are stacked; lay them out as drawn"
@@ -353,8 +355,8 @@ class _Body:
             holes = [hole.sites for hole in made.holes if self.place(hole.sites[0])[2] == z]
             if bonds:
                 cut = f"punch {_count(len(holes), 'hole')}: {self.pairs(holes)}" if holes else ""
-                bonded = _count(len(bonds), "pair")
-                yield f"Slice z = {z}: bond {bonded} of neighbours with Sil-Poxy; {cut or 'no hole'}."
+                bonded = _count(len(bonds), "pair") + " of neighbours with Sil-Poxy"
+                yield f"Slice z = {z}: bond {bonded}; {cut or 'no hole'}."
         yield (
             "Set every slice, open side down, on a 1 mm layer of uncured silicone between the two "
             "rulers. Cure, cut out, and run silicone along the outer seams, never over a hole."
@@ -390,9 +392,9 @@ def _best(openings: Iterable[_Opening]) -> list[_Opening]:
 def _why(rank: tuple[int, bool, int], votes: int, groups: int) -> str:
     """Return why an inlet is where it is."""
     kind, is_blocked, beside = rank
-    stands = f"{_count(beside, 'voxel')} beside the tube" if beside else "nothing beside the tube"
-    before = "a voxel further out, past which it is led" if is_blocked else "nothing before it"
-    words = f"{_WHERE[kind]}; {before}, {stands}"
+    before = "a voxel further out" if is_blocked else "nothing before it"
+    stands = _count(beside, "voxel") if beside else "nothing"
+    words = f"{_WHERE[kind]}, with {before} and {stands} beside the tube"
     if votes > 1:
         words += f"; {'all' if votes == groups else votes} tubes can leave that way"
     return words
@@ -557,11 +559,10 @@ def bill(
 ) -> Bill:
     """Return what robots take, and cost: the paper's table of parts, scaled.
 
-    Of each part the batch takes the share that it has of what drives it (the column scales_with of
-    data/kit/parts.csv), of fifty robots whose eight voxels are all active: silicone, cups, sticks and
-    gloves go by voxels; Sil-Poxy and what spreads it by joints; tubes and connectors by actuator
-    groups; tape by slices. Tools, mould and machine are bought once. So fifty such
-    robots cost what the table says, to the cent.
+    The table is of fifty robots whose eight voxels are all active. Of each part a batch takes as
+    much as it has of what drives it (the column scales_with of data/kit/parts.csv): silicone, cups,
+    sticks and gloves go by voxels; Sil-Poxy and what spreads it by joints; tubes and connectors by
+    actuator groups; tape by slices. Tools, mould and machine are bought once.
 
     Parameters
     ----------
