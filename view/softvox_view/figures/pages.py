@@ -32,6 +32,9 @@ LINE, ASCENT = 1.4 * SIZE / 72, 1.05 * SIZE / 72
 #: Between texts beside each other.
 GAP = 0.08
 
+#: Lines of a text that are not parted by the end of a page.
+TOGETHER = 6
+
 #: A context manager to draw pages within: the project's style, in the size of print.
 style = partial(
     project_style,
@@ -154,7 +157,9 @@ class Column:
             wrapped(text, end - left - GAP, weight=weight)
             for (left, text), end in zip(cells, ends, strict=True)
         ]
-        for i in range(max([1, *map(len, lines)])):
+        count = max([1, *map(len, lines)])
+        self.keep(min(count, TOGETHER) * LINE)
+        for i in range(count):
             axis, top = self.room(LINE)
             for (left, _), own in zip(cells, lines, strict=True):
                 if i < len(own):

@@ -33,7 +33,6 @@ from softvox_view.figures.pages import (
     box,
     rule,
     style,
-    width_of,
 )
 from softvox_view.figures.robots import relative_volume
 from softvox_view.figures.style import GREY, INK, PALE
@@ -51,7 +50,7 @@ ELEVATION, AZIMUTHS = 27.0, (-62.0, 118.0)
 
 #: Inches: of a site of a slice, least and most; around a slice, for inlets, and for coordinates;
 #: the side of a picture of the robot.
-SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.7, 0.27, 0.17, 1.55
+SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.7, 0.27, 0.17, 1.6
 
 #: Inches: of the key to the slices.
 KEY = 1.8
@@ -81,8 +80,9 @@ TUBES = (
 )
 TRAVEL = (
     "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
-    "three times."
+    "three times. Headings from +x towards +y."
 )
+VOLUME = "Volume under water at four moments of a cycle, relative to rest."
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,15 +182,13 @@ def _head(column: Column, plan: Plan) -> None:
     axis.text(RIGHT, top + 0.22, words, ha="right", va="baseline")
     rule(axis, LEFT, RIGHT, top + 0.32, lw=1.2)
     passive = design.n_voxels - design.n_active
-    parts = [
-        f"digits {design.digits}",
-        f"lattice {design.lattice}",
-        f"{_count(design.n_voxels, 'voxel')} of {VOXEL_CM:g} cm: {design.n_active} active, "
-        f"{passive} passive",
-        _count(len(plan.groups), "actuator group"),
-        f"{_count(len(plan.holes), 'hole')} to punch",
-    ]
-    column.row((0, " \N{MIDDLE DOT} ".join(parts)))
+    dot = " \N{MIDDLE DOT} "
+    column.row((0, f"digits {design.digits}{dot}lattice {design.lattice}"))
+    kinds = f"{design.n_active} active, {passive} passive"
+    parts = [f"{_count(design.n_voxels, 'voxel')} of {VOXEL_CM:g} cm: {kinds}"]
+    parts += [_count(len(plan.groups), "actuator group")]
+    parts += [f"{_count(len(plan.holes), 'hole')} to punch"]
+    column.row((0, dot.join(parts)))
     if plan.problems:
         column.gap(0.5 * LINE)
         begin = column.page, column.top
@@ -231,7 +229,7 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) 
     view = np.array([math.cos(up) * math.cos(about), math.cos(up) * math.sin(about), math.sin(up)])
     screen = np.stack([right, -np.cross(view, right)])  # y of the page goes down
     shape = np.array(plan.design.shape, dtype=float)
-    corners = np.indices((2, 2, 2)).reshape(3, -1).T * np.add(shape, (1.4, 1.4, 0)) - (0.7, 0.7, 0)
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T * np.add(shape, (1.2, 1.2, 0)) - (0.6, 0.6, 0)
     seen = corners @ screen.T
     scale = PICTURE / np.ptp(seen, axis=0).max()
     shift = np.array([left, top]) + PICTURE / 2 - scale * (seen.min(axis=0) + seen.max(axis=0)) / 2
@@ -271,9 +269,9 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
         if group.inlet is not None:
             site, face = np.array(_place(plan, group.inlet.site)), np.array(group.inlet.face)
             wide = np.cross(face, view)
-            wide = 0.06 * wide / np.linalg.norm(wide)
-            ends = site + 0.5 + np.outer([0.5, 0.5, 1, 1], face)
-            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), INK
+            wide = 0.05 * wide / np.linalg.norm(wide)
+            ends = site + 0.5 + np.outer([0.5, 0.5, 1.1, 1.1], face)
+            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), _rgb("#FFFFFF")
 
 
 def _rgb(colour: str) -> tuple[float, ...]:
@@ -341,16 +339,16 @@ def _volume(axis: Axes, facts: Facts, left: float, top: float) -> None:
     values = [facts.volume_at(moment) for moment in MOMENTS]
     own.plot(MOMENTS, values, "o", ms=4.5, mfc="white", mec=INK, clip_on=False, zorder=3)
     own.axhline(1, color=PALE, lw=0.8, zorder=0)
-    own.set(xlim=(0, 1), ylim=(0.8, 2.05))
+    own.set(xlim=(0, 1), ylim=(0.85, 2))
     own.set_xticks([*MOMENTS, 1], [*FRACTIONS, "1"])
-    own.set_yticks([1, 1.5, 2])
+    own.set_yticks([1, 1.5])
     own.set_xlabel("cycle; \N{WHITE CIRCLE} measured", labelpad=1)
 
 
 def _slices(column: Column, plan: Plan) -> None:
     """Draw every slice from below, and a key to them."""
     nx, ny, nz = plan.design.shape
-    around = 2 * RING + NAMES
+    around = 2 * RING + (0 if _are_named(plan) else NAMES)
 
     def fits(across: int) -> float:
         return min(((RIGHT - LEFT) / across - around) / nx, LARGEST)
@@ -369,6 +367,11 @@ def _slices(column: Column, plan: Plan) -> None:
             _slice(axis, plan, panel, _Frame(*corner, side, plan.design.shape))
         else:
             _key(axis, plan, left, top + LINE)
+
+
+def _are_named(plan: Plan) -> bool:
+    """Return whether the coordinates of sites have room within them."""
+    return max(plan.design.shape[:2]) <= 10
 
 
 @dataclass(frozen=True)
@@ -398,7 +401,7 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     own = range(nx * ny * z, nx * ny * (z + 1))
     names = {site: group.name for group in plan.groups for site in group.sites}
     digits = plan.design.digits
-    are_named = width_of(f"{nx - 1},{ny - 1}") < 0.9 * frame.side
+    are_named = _are_named(plan)
     for site in own:
         middle = frame.centre(site)
         _voxel(axis, middle, frame.side, digits[site], names.get(site, ""))
@@ -417,7 +420,9 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     _directions(axis, frame, are_named)
 
 
-def _voxel(axis: Axes, middle: Array, side: float, digit: str, name: str) -> None:
+def _voxel(
+    axis: Axes, middle: Array, side: float, digit: str, name: str, size: float | None = None
+) -> None:
     """Draw a site of a slice."""
     corner = middle - side / 2
     if digit == "0":
@@ -427,8 +432,8 @@ def _voxel(axis: Axes, middle: Array, side: float, digit: str, name: str) -> Non
     looks = {"fc": PINK, "lw": 0} if name else {"fc": BLUE, "ec": STRIPES, "hatch": "///", "lw": 0}
     axis.add_patch(Rectangle(corner, side, side, **looks))
     axis.add_patch(Rectangle(corner, side, side, fc="none", ec=INK, lw=0.8))
-    size = 12 if side > 0.5 else SIZE
-    place = middle - (0, 0.16 * side)
+    place = middle if size else middle - (0, 0.16 * side)
+    size = size or (12 if side > 0.5 else SIZE)
     axis.text(*place, name, size=size, weight="bold", ha="center", va="center")
 
 
@@ -479,7 +484,8 @@ def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
     for name, way in (("x", np.array([-1, 0])), ("y", np.array([0, -1]))):
         start = corner + 0.1
         _arrow(axis, start, start + (0.1 + 0.3 * frame.side) * way)
-        axis.text(*(corner + 0.1 + 0.11 * (1 + way)), name, ha="center", va="center")
+        beside = 0.1 + 0.1 * (1 + way) - 0.26 * frame.side * np.abs(way)
+        axis.text(*(corner + beside), name, ha="center", va="center")
         for k in () if are_named else range(nx if name == "x" else ny):
             beyond = corner + RING + NAMES / 2
             place = np.where(way, corner + (k + 0.5) * frame.side * way, beyond)
@@ -489,14 +495,14 @@ def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
 def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
     """Explain the slices' signs."""
     faces = {group.inlet.face for group in plan.groups if group.inlet is not None}
-    words = ["active: pink, letter of its group", "passive: blue (or yellow)", "no voxel"]
+    words = ["active (pink), of group A", "passive (blue or yellow)", "no voxel"]
     words += ["bonded with Sil-Poxy", "hole to punch", "inlet, on this side"]
     words += ["inlet, on the underside"] * ((0, 0, -1) in faces)
     words += ["inlet, on the upper side"] * ((0, 0, 1) in faces)
     for row, text in enumerate(words):
         middle = np.array([left + 0.09, top + 0.21 * row])
         if row < 3:
-            _voxel(axis, middle, 0.17, "210"[row], " " * (row == 0))
+            _voxel(axis, middle, 0.17, "210"[row], "A" * (row == 0), SIZE)
         elif row < 5:
             ends = middle - (0.1, 0), np.add(middle, (0.1, 0))
             _seam(axis, *ends, 1.0, lw=2)
@@ -512,13 +518,17 @@ def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
 
 def _groups(column: Column, plan: Plan) -> None:
     """Write where each group's tube goes in and why, with boxes to tick."""
-    column.heading("Actuator groups, tubes and leaks")
-    column.row((0, TUBES))
-    column.gap(0.3 * LINE)
+    if plan.problems:
+        column.heading("Actuator groups")
+    else:
+        column.heading("Actuator groups, tubes and leaks")
+        column.row((0, TUBES))
+        column.gap(0.4 * LINE)
     phases = plan.design.lattice.phases > 1
     at = (0, 0.5, 1.0, 1.55, 2.75, 5.9, 6.5)
     heads = ["group", "z", "voxels", "inlet", "why there", "slice", "robot"]
-    column.row(*zip(at, heads, strict=True), weight="bold")
+    shown = 5 if plan.problems else 7
+    column.row(*zip(at[:shown], heads[:shown], strict=True), weight="bold")
     for group in plan.groups:
         inlet, why = "none", "it does not reach the surface"
         if group.inlet is not None:
@@ -528,8 +538,9 @@ def _groups(column: Column, plan: Plan) -> None:
             why = f"{why}; pumped {group.phase:g} cycles ahead" if group.phase else why
         cells = [group.name, str(group.z), str(len(group.sites)), inlet, why]
         axis, foot = column.row(*zip(at, cells, strict=False), end=at[5])
-        for left in at[5:] if group.inlet is not None else ():
+        for left in at[5:shown]:
             box(axis, LEFT + left + 0.1, foot)
+        column.gap(0.2 * LINE)
 
 
 def _item(column: Column, mark: str, text: str) -> None:
@@ -539,29 +550,30 @@ def _item(column: Column, mark: str, text: str) -> None:
 
 
 def _measure(column: Column, plan: Plan, facts: Facts) -> None:
-    """Write what to measure beside what the simulator expects."""
-    column.heading("What to measure")
-    mass = f"Mass with tubes, without connectors: {VOXEL_G * plan.design.n_voxels:.1f} g expected"
-    column.row((0, mass), (2.45, "____ g"))
-    column.gap(0.5 * LINE)
+    """Write what to measure beside what is expected."""
+    column.heading("What to measure", follows=20 * LINE)
+    at = (0, 1.1, 2.05)
+    column.row(*zip(at, ("mass with tubes,", "expected", "measured"), strict=True), weight="bold")
+    mass = f"{VOXEL_G * plan.design.n_voxels:.1f} g"
+    column.row(*zip(at, ("no connectors", mass, BLANK), strict=True))
+    column.gap(0.7 * LINE)
     column.row((0, TRAVEL))
-    column.gap(0.3 * LINE)
-    at = (0, 1.15, 2.1)
+    column.gap(0.4 * LINE)
     cycles = float(Physics.published().cycles)
     column.row(*zip(at, ("", "distance, cm", "heading"), strict=True), weight="bold")
     distance = f"{facts.fitness * VOXEL_CM:.1f} in {cycles:g}"
     column.row(*zip(at, ("simulated", distance, _heading(facts)), strict=True))
     for run in "123":
-        column.gap(0.35 * LINE)
+        column.gap(0.4 * LINE)
         column.row(*zip(at, (f"run {run}", *2 * [BLANK]), strict=True))
-    column.gap(0.5 * LINE)
-    column.row((0, "Volume in water at four moments of a cycle, relative to rest."))
-    column.gap(0.3 * LINE)
+    column.gap(0.7 * LINE)
+    column.row((0, VOLUME))
+    column.gap(0.4 * LINE)
     at = (0, 0.85, 1.4, 1.95, 2.5)
     column.row(*zip(at, ("cycle", *FRACTIONS), strict=True), weight="bold")
     values = [f"{facts.volume_at(moment):.2f}" for moment in MOMENTS]
     column.row(*zip(at, ("simulated", *values), strict=True))
-    column.gap(0.35 * LINE)
+    column.gap(0.4 * LINE)
     column.row(*zip(at, ("measured", *4 * ["_____"]), strict=True))
-    column.gap(0.5 * LINE)
+    column.gap(0.7 * LINE)
     column.row((0, "Notes:"))
