@@ -211,15 +211,17 @@ def read_track_files(
         content = paths[path] if isinstance(paths, Mapping) else content_of(path)
         kind = film.kind or _kind(path, content)
         given = {"file": path.name, "sha256": sha256(content).hexdigest(), "kind": kind}
-        for track in tracks_in(path, content, film, lattice):
+        for track in tracks_in(path, content, kind, film, lattice):
             said = _said(path, track, own, repetition, count)
             found.append(_found(path, track, film, {**facts, **said, "provenance": given}))
     _check_twice(found, known)
     return tuple(found)
 
 
-def tracks_in(path: Path, content: bytes, film: Film, lattice: Lattice) -> tuple[Track, ...]:
-    """Return the tracks in the content of a file, as it has them.
+def tracks_in(
+    path: Path, content: bytes, kind: str, film: Film, lattice: Lattice
+) -> tuple[Track, ...]:
+    """Return the tracks in the content of a file of a kind, as it has them.
 
     Raises
     ------
@@ -231,7 +233,7 @@ def tracks_in(path: Path, content: bytes, film: Film, lattice: Lattice) -> tuple
             f"{path} is HDF5, and CSV is read; let DeepLabCut write that, by analyze_videos(..., "
             "save_as_csv=True) or analyze_videos_converth5_to_csv"
         )
-    made = tuple(KINDS[film.kind or _kind(path, content)](path, content, film, lattice))
+    made = tuple(KINDS[kind](path, content, film, lattice))
     if not made:
         raise CsvError(f"{path} has no point; add lines, or leave the file out")
     return made
@@ -396,10 +398,12 @@ def _chosen(
     whole = {owner: own for owner, own in found.items() if set(wanted) <= set(own)}
     named = next(iter(whole)) if point is None and len(whole) == 1 else point
     if named is None or named not in whole:
-        shown = ", ".join(name[:40] for name in list(whole)[:10]) or "none"
-        asked = "" if point is None else f", and not {point!r}"
+        shown = ", ".join(name[:40] for name in list(whole)[:10])
+        asked = "" if point is None else f", and not of {point!r}"
         raise CsvError(
             f"{where}: has {', '.join(wanted)} of {shown}{asked}; name one of them by --point"
+            if whole
+            else f"{where}: no track has {', '.join(wanted)}; export the file with all of them"
         )
     return named, [whole[named][one] for one in wanted]
 
@@ -484,8 +488,8 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
     late = (kept[0][1] - start) * rate
     if not 0 <= late <= (LATEST if is_seconds else 0):
         raise CsvError(
-            f"{path}, line {kept[0][0]}: the first point is at cycle {late:g}; give those since "
-            "the start of the pump, which is cycle 0, or when it was, --start"
+            f"{path}, line {kept[0][0]}: the first point is at cycle {late:g}, and a track begins "
+            f"at 0, with the pump; count from there{', or give --start' if is_seconds else ''}"
         )
     return kept
 
