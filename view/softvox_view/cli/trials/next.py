@@ -7,19 +7,23 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym import MeasuredReality, Physics, Reality, Task
+from softvox_gym.build import bill, plan
 from softvox_gym.cli.parser import add_physics, cycles, number, physics_of, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design
+from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import heading
 from softvox_gym.trials import Trial
 from softvox_gym.trials.measured import CONDITIONS
 from softvox_search.cli.options import not_negative, options_given
+from softvox_view.cli.build import check_form, sheets_of
 from softvox_view.cli.trials.options import add_folders, read_folders
 
 if TYPE_CHECKING:
@@ -53,8 +57,8 @@ def add_parser(commands: Any) -> None:
     add_folders(parser)
     options: dict[str, dict[str, Any]] = {
         "method": {
+            "choices": ("eea", "ite"),
             "default": "eea",
-            "metavar": "NAME",
             "help": "eea, by disagreement, or ite, by expected gain (default: %(default)s)",
         },
         "budget": {
@@ -100,6 +104,12 @@ def add_parser(commands: Any) -> None:
             "90:23 (default: as many as the shortest run has)",
         },
         "json": {"action": "store_true", "help": "print JSON"},
+        "out": {
+            "type": Path,
+            "metavar": "FILE",
+            "help": "draw the sheets to build them from, .pdf or .html, as softvox build does",
+        },
+        "force": {"action": "store_true", "help": "replace FILE where it exists"},
         "quiet": {"action": "store_true", "help": "no progress bar"},
     }
     for name, settings in options.items():
@@ -111,13 +121,20 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Propose robots, and print them."""
     from softvox_search.transfer.next import proposals
+    from softvox_search.transfer.registry import REGISTRY
 
     if args.duration is not None:
         raise BadInputError("--duration is said by --cycles; leave it out")
     with bad_input("--task:" if args.heading is None else "--heading:"):
         task = Task(args.task, args.heading)
+    if args.out:
+        check_form(args.out, args.budget)
+        with bad_input("--out"):
+            check_file(args.out, force=args.force)
     physics, where = _worlds(args)
     options = options_given(args.option)
+    with bad_input():
+        REGISTRY.check_options(args.method, options)
     with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="models") as progress:
         made = proposals(
             where,
@@ -140,8 +157,15 @@ def run(args: Namespace) -> int:
         "cycles_real": None if where is None else where.cycles,
         "cycles_simulated": round(float(physics.cycles), 3),
         "physics": physics.to_dict(),
+        "sheets": None,
     }
     table = _table(made)
+    if args.out and made:
+        plans = [plan(Design(one.design)) for one in made]
+        content = sheets_of(args.out, plans, bill(plans))
+        with bad_input("--out"):
+            write_file(args.out, content, force=args.force)
+        facts["sheets"] = str(args.out)
     if args.json:
         print(json.dumps({**facts, "proposals": table.records()}, indent=2, allow_nan=False))
     else:
@@ -210,6 +234,8 @@ def _text(facts: dict[str, Any], table: Section) -> str:
     """Return it for people."""
     along = "" if facts["heading"] is None else f" along {facts['heading']:g} degrees"
     designs = " ".join(str(row[0]) for row in table.rows)
+    draw = f"softvox build {designs} --out FILE draws the sheets to build them from."
+    wrote = f"wrote {facts['sheets']}, the sheets to build them from"
     return "\n".join(
         [
             f"{facts['method']}, {facts['task']}{along}; {facts['about']}",
@@ -218,6 +244,6 @@ def _text(facts: dict[str, Any], table: Section) -> str:
             table.text() if table.rows else "no robot is proposed",
             "",
             "Lengths in voxel widths, headings in degrees.",
-            f"softvox build {designs} draws the sheets to build them from." if designs else "",
+            (wrote if facts["sheets"] else draw) if designs else "",
         ]
     ).rstrip()
