@@ -7,13 +7,14 @@ import random
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from softvox_gym import Design, Lattice
 from softvox_gym.trials import Trial, TrialError
-from softvox_gym.trials.trial import MOST_BYTES, MOST_POINTS
+from softvox_gym.trials.trial import KEYS, LICENSES, MOST_BYTES, MOST_POINTS, PROVENANCE
 
 NEEDED = {
     "design": 6453,
@@ -333,3 +334,12 @@ def test_thousands_of_malformed_files_are_refused_in_a_line_or_read_as_they_are(
             assert made.to_bytes() == content  # some changes make another trial
     assert 1500 < len(messages) < 3000
     assert all(0 < len(message) < 500 and "\n" not in message for message in messages)
+
+
+def test_the_documented_file_is_one_and_the_table_has_its_keys():
+    page = Path(__file__).parents[2].joinpath("docs/trials-database.md").read_text("utf-8")
+    example = page.partition("```json\n")[2].partition("```")[0]
+    assert Trial.from_bytes(example.encode()).to_bytes().decode() == example
+    table = page.partition("| key |")[2].partition("\n\n")[0].splitlines()[2:]
+    assert [line.split("|")[1].strip() for line in table] == list(KEYS)
+    assert all(name in page for name in (*LICENSES, *PROVENANCE))

@@ -19,22 +19,35 @@ ENDING = ".json"
 
 
 class Checked(NamedTuple):
-    """What `check` found in some folders."""
+    """What `check` found in some folders.
 
-    #: That are whole, sorted by digest, each once.
+    Parameters
+    ----------
+    trials : tuple of Trial
+        That are whole, sorted by digest, each once.
+    faults : tuple of str
+        A line each that names the file and the remedy.
+    doubts : tuple of str
+        What may be right, and looks as if it were not; lines too.
+    """
+
     trials: tuple[Trial, ...]
-    #: A line each that names the file and the remedy.
     faults: tuple[str, ...]
-    #: What may be right, and looks as if it were not; lines too.
     doubts: tuple[str, ...]
 
 
 class Added(NamedTuple):
-    """What `add` was given, sorted by digest, each once."""
+    """What `add` and `merge` were given, sorted by digest, each once.
 
-    #: Those that it has written.
+    Parameters
+    ----------
+    new : tuple of Trial
+        Those that were written.
+    known : tuple of Trial
+        Those that the folder held already.
+    """
+
     new: tuple[Trial, ...]
-    #: Those that the folder held already.
     known: tuple[Trial, ...]
 
 

@@ -126,8 +126,8 @@ def run_merge(args: Namespace) -> int:
     """Copy what is new, and say how many."""
     with bad_input():
         added = merge(args.into, *args.folders)
-    print(f"{_number(len(added.new), 'trial')} copied into {args.into}", end="")
-    print(f"; {len(added.known)} were there already" if added.known else "")
+    known = f", {_number(len(added.known), 'known one')} left alone" if added.known else ""
+    print(f"{_number(len(added.new), 'trial')} copied into {args.into}{known}")
     return 0
 
 
