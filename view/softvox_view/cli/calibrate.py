@@ -32,7 +32,8 @@ from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import LITTLE, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
-from softvox_gym.trials import MeasuredReality, read, real_tracks
+from softvox_gym.trials import read, real_tracks
+from softvox_gym.trials.measured import MeasuredReality
 
 #: A real track may go on for so many.
 MOST_CYCLES = 1000
