@@ -15,6 +15,7 @@ import pytest
         ("softvox_gym.envs.growth", 2),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
+        ("softvox_gym.trials.track_files", 1),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):

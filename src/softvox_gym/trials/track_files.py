@@ -35,7 +35,13 @@ from softvox_gym.real_tracks import (
     records,
     rows,
 )
-from softvox_gym.trials.trial import VOXEL_CM, Trial, TrialError
+from softvox_gym.trials.trial import (
+    MOST_REPETITIONS,
+    SIMULATED_VOXEL_CM,
+    VOXEL_CM,
+    Trial,
+    TrialError,
+)
 
 #: What a scale may be in place of a reference length, cm.
 UNITS = {"cm": 1.0, "mm": 0.1, "m": 100.0}
@@ -105,9 +111,10 @@ class Film:
             raise ValueError(f"fps must be above 0 and at most 1e6, got {self.fps}")
         if not 0 <= self.likelihood <= 1:
             raise ValueError(f"likelihood must be from 0 to 1, got {self.likelihood}")
-        for name in ("x_axis_deg", "start_s"):
-            if not abs(getattr(self, name) or 0.0) <= 1e6:
-                raise ValueError(f"{name} must be within 1e6, got {getattr(self, name)}")
+        if not -360 < self.x_axis_deg <= 360:
+            raise ValueError(f"x_axis_deg must be from -360 to 360, got {self.x_axis_deg}")
+        if self.start_s is not None and not math.isfinite(self.start_s):
+            raise ValueError(f"start_s must be a time, got {self.start_s}")
         if self.scale is not None:
             _cm(self.scale)
 
@@ -200,6 +207,8 @@ def read_track_files(
         For a file that can't be used, naming it, the line and the remedy.
     """
     film = film or Film()
+    is_simulated = facts.get("source") == "simulated"
+    facts = {"voxel_cm": SIMULATED_VOXEL_CM if is_simulated else VOXEL_CM, **facts}
     first = 1 if repetition is None else repetition
     own = None if design is None else Design(design, shape=lattice)
     time, still = np.array([0, 1e-5]), np.zeros((2, 2))  # of a trial that only the facts can fault
@@ -283,10 +292,11 @@ _COLUMNS = set.union(*_GOOD, {"design", "trial"})
 
 
 def _repetition(text: str) -> int:
-    if text.isdecimal() and len(text) <= 5 and 1 <= int(text) <= 10_000:
+    if text.isdecimal() and len(text) <= 5 and 1 <= int(text) <= MOST_REPETITIONS:
         return int(text)
     raise ValueError(
-        f"trial must be which repetition it is, a whole number from 1 to 10000, got {text[:40]!r}"
+        f"trial must be which repetition it is, a whole number from 1 to {MOST_REPETITIONS}, got "
+        f"{text[:40]!r}"
     )
 
 
@@ -441,7 +451,7 @@ def _found(path: Path, track: Track, film: Film, facts: dict[str, Any]) -> Found
     points = _from_start(path, track, film, rate)
     scale = _scale(path, track.unit, film.scale)
     turn = _turn(film, "down" if track.unit == "px" else "up")
-    size = max(facts["design"].shape) * facts.get("voxel_cm", VOXEL_CM)
+    size = max(facts["design"].shape) * facts["voxel_cm"]
     _, begin, left, low = points[0]
     made = [(0.0, 0.0, 0.0)]
     for line, time, x, y in points:
@@ -502,7 +512,7 @@ def _cm(scale: str) -> float:
         length, of = map(float, scale.replace("_", "?").split("/"))
     except ValueError:
         length = of = math.nan
-    if not (0 < length < 1e6 and 0 < of < 1e6):
+    if not (0 < length < 1e6 and 0 < of < 1e6 and length <= 1000 * of):
         raise ValueError(
             "scale must be cm, mm, m, or a reference length such as 10/437 where 10 cm are 437 "
             f"pixels, got {scale[:40]!r}"
@@ -574,7 +584,7 @@ def _check_twice(found: Iterable[Found], known: Iterable[Trial]) -> None:
     runs: dict[Any, tuple[Trial, str]] = {}
     tracks: dict[Any, tuple[Trial, str]] = {}
     for trial in known:
-        runs[trial.run] = tracks[_key(trial)] = trial, f"trial {trial.digest[:12]}"
+        runs[trial.run] = tracks[_key(trial)] = trial, f"trial {trial.digest[:8]}"
     for trial, path, line, _ in found:
         where = f"{path}, line {line}"
         like, other = runs.setdefault(trial.run, (trial, where))

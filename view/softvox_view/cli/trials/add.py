@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from softvox_gym.cli.parser import add_shape, number, whole_number
 from softvox_gym.cli.reality import plain
@@ -45,7 +44,8 @@ example:
 TEXTS = {
     "surface": "what the robot stood on",
     "who": "who ran it",
-    "date": "of the run, as 2026-11-27",
+    "date": "of the run, as 2026-11-27; none where it is simulated",
+    "robot": "which one, where several of a design were built",
     "powder": "what lay on the surface",
     "camera": "the camera, and where it stood",
     "notes": "anything else",
@@ -55,7 +55,7 @@ NUMBERS = {
     "pressure-kpa": "of the pump",
     "frequency-hz": "of the actuation; needed where a file counts seconds or frames",
     "cycles": "of actuation in the run (default: those of the track)",
-    "voxel-cm": f"the resting edge of a voxel (default: {VOXEL_CM:g})",
+    "voxel-cm": f"the resting edge of a voxel (default: {VOXEL_CM:g}, of simulated ones 1)",
 }
 
 
@@ -72,10 +72,10 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE")
     add_into(parser)
     parser.add_argument("--dry-run", action="store_true", help="only say what would be added")
-    run_options = parser.add_argument_group("the run")
-    run_options.add_argument("--design", metavar="N", help="number, digits or a file")
-    add_shape(run_options)
-    run_options.add_argument(
+    of_run = parser.add_argument_group("the run")
+    of_run.add_argument("--design", metavar="N", help="number, digits or a file")
+    add_shape(of_run)
+    of_run.add_argument(
         "--repetition",
         type=whole_number,
         metavar="N",
@@ -84,13 +84,11 @@ def add_parser(commands: Any) -> None:
     for name, text in TEXTS.items():
         is_needed = name in ("surface", "who")
         meta = "DATE" if name == "date" else "TEXT"
-        run_options.add_argument(
-            f"--{name}", required=is_needed, default="", metavar=meta, help=text
-        )
+        of_run.add_argument(f"--{name}", required=is_needed, default="", metavar=meta, help=text)
     for name, text in NUMBERS.items():
-        run_options.add_argument(f"--{name}", type=number, metavar="X", help=text)
-    run_options.add_argument("--license", required=True, choices=LICENSES, help="of the data")
-    run_options.add_argument(
+        of_run.add_argument(f"--{name}", type=number, metavar="X", help=text)
+    of_run.add_argument("--license", required=True, choices=LICENSES, help="of the data")
+    of_run.add_argument(
         "--reality", metavar="NAME", help="of tracks that are simulated: the world they are from"
     )
     film = parser.add_argument_group("the film")
@@ -171,36 +169,37 @@ def run(args: Namespace) -> int:
         )
         trials = [one.trial for one in found]
         if args.dry_run:
-            new = [trial for trial in trials if not (args.into / name_of(trial)).exists()]
-            done = f"{len(new)} trials would be added to {args.into}"
+            new = sum(not (args.into / name_of(trial)).exists() for trial in set(trials))
+            known = len(set(trials)) - new
         else:
-            added = add(args.into, trials)
-            done = f"{len(added.new)} trials added to {args.into}, {len(added.known)} were there"
-    print(f"{_table(found).text()}\n\n{done}")
+            new, known = map(len, add(args.into, trials))
+    lead = "would be added" if args.dry_run else "added"
+    count = f"{new} trial{'' if new == 1 else 's'}"
+    print(f"{_table(found).text()}\n\n{count} {lead} to {args.into}, {known} were there already")
     return 0
 
 
 def _table(found: tuple[Found, ...]) -> Section:
     rows = []
     for trial, path, line, left_out in found:
-        end = trial.position[-1] / trial.voxel_cm
+        design = trial.design
         rows.append(
             (
-                trial.digest[:12],
-                trial.design.digits,
+                trial.digest[:8],
+                design.index if design.lattice == Lattice() else design.digits,
                 trial.repetition,
                 len(trial.cycle),
                 left_out,
                 float(trial.cycle[-1]),
-                float(np.hypot(*end)),
-                plain(heading(end)),
+                math.hypot(*trial.displacement),
+                plain(heading(trial.displacement)),
                 f"{path}, line {line}",
             )
         )
     columns = (
-        Column("trial", "trial"),
+        Column("digest", "digest"),
         Column("design", "design"),
-        Column("repetition", "repetition"),
+        Column("repetition", "rep."),
         Column("points", "points"),
         Column("left_out", "left out"),
         Column("cycles", "cycles", ".4g"),
@@ -208,4 +207,5 @@ def _table(found: tuple[Found, ...]) -> Section:
         Column("heading", "heading", ".0f"),
         Column("from", "from"),
     )
-    return Section(columns=columns, rows=rows)
+    sentence = "distance in voxel widths, heading in degrees from +x towards +y"
+    return Section(columns=columns, rows=rows, sentence=sentence)
