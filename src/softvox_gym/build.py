@@ -165,10 +165,11 @@ class Plan:
 def plan(design: Design) -> Plan:
     """Return what is built of a design; `softvox_gym.design.buildable` tells alone whether it can.
 
-    An inlet goes where a tube leaves best: through a side; where none is free through the top, or
-    else the underside of an overhang, or of the robot. Nothing stands before it, and as few voxels
-    as can be beside the tube. Of equally good places it takes that on the side where most groups
-    have one, so that the tubes pull one way.
+    An inlet goes where a tube leaves best: through a side before which nothing is built; where
+    there is none through the top, or else the underside of an overhang; then where a voxel stands
+    further out; and only where nothing else is free through the underside, on which the robot
+    walks. Of these, where fewest voxels are beside the tube; and then on the side where most groups
+    have such a place, so that the tubes pull one way.
 
     Examples
     --------
@@ -190,16 +191,17 @@ def plan(design: Design) -> Plan:
     return made if problems else replace(made, steps=tuple(body.steps(made)))
 
 
-#: A face to which a tube can be led, after how bad it is: its place in `_WHERE`, whether a voxel
-#: stands before it further out, and how many stand beside the tube.
-_Opening = tuple[tuple[int, bool, int], int, Vector]
+#: How bad it is to lead a tube to a face: whether that is the underside, whether a voxel stands
+#: before it further out, its place in `_WHERE`, and how many voxels stand beside the tube.
+_Rank = tuple[bool, bool, int, int]
+_Opening = tuple[_Rank, int, Vector]
 
 _ORDER = {face: i for i, face in enumerate([*SIDES, TOP, UNDERSIDE])}
 
 _WHERE = (
     "a side",
-    "the top, as no side is free",
-    "the underside of an overhang, as neither side nor top is free",
+    "the top, as no side is clear",
+    "the underside of an overhang, as neither side nor top is clear",
     "the underside, as nothing else is free",
 )
 
@@ -251,7 +253,7 @@ class _Body:
             if openings:
                 rank, site, face = min(openings, key=lambda o: (-votes[o[2]], _ORDER[o[2]], o[1]))
                 inlet = Inlet(site, face, _why(rank, votes[face], len(found)))
-                care += [_CARE[rank[0]].format(name)] if rank[0] in _CARE else []
+                care += [_CARE[rank[2]].format(name)] if rank[2] in _CARE else []
             groups.append(
                 Group(name, sites, self.place(sites[0])[2], float(phase[sites[0]]), inlet)
             )
@@ -266,10 +268,10 @@ class _Body:
                 continue
             kind = 0 if face in SIDES else 1 if face == TOP else 2 + (place[2] == self.levels[0])
             further = [_moved(front, face, k) for k in range(1, max(self.design.shape))]
-            around = [_moved(front, way) for way in FACES]
+            around = [_moved(front, way) for way in FACES if way != face]
             is_blocked = any(one in self.sites for one in further)
             beside = sum(one in self.sites for one in around) - 1  # less the voxel itself
-            yield (kind, is_blocked, beside), site, face
+            yield (kind == 3, is_blocked, kind, beside), site, face
 
     def problems(self, groups: Sequence[Group], bonds: Iterable[tuple[int, int]]) -> Iterator[str]:
         """Yield why the kit can't build it."""
@@ -330,8 +332,8 @@ class _Body:
         for z in self.levels:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
-                below = z * flat.lattice.sites
-                named = [self.named(below + site for site in part) for part in parts]
+                first = z * flat.lattice.sites
+                named = [self.named(first + site for site in part) for part in parts]
                 shown = _some(named, " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: nothing "
@@ -389,9 +391,9 @@ def _best(openings: Iterable[_Opening]) -> list[_Opening]:
     return [one for one in every if one[0] == min(every)[0]]
 
 
-def _why(rank: tuple[int, bool, int], votes: int, groups: int) -> str:
+def _why(rank: _Rank, votes: int, groups: int) -> str:
     """Return why an inlet is where it is."""
-    kind, is_blocked, beside = rank
+    _, is_blocked, kind, beside = rank
     before = "a voxel further out" if is_blocked else "nothing before it"
     stands = _count(beside, "voxel") if beside else "nothing"
     words = f"{_WHERE[kind]}, with {before} and {stands} beside the tube"

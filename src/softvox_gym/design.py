@@ -509,6 +509,8 @@ def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
 def closed_hollows(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the absent sites that no way leads to from outside, both of shape (nx, ny, nz, n)."""
     absent = ~present
+    if min(present.shape[:3]) < 3:  # as of most designs: all is rim
+        return np.zeros_like(absent)
     rim = absent.copy()
     rim[1:-1, 1:-1, 1:-1] = False
     return np.asarray(absent & ~_spread(rim, absent, FACES))
@@ -516,8 +518,8 @@ def closed_hollows(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
     """Return whose active voxels make actuators as the kit has them, of shape (nx, ny, nz, n)."""
-    if min(stack.shape[:3]) > 2:
-        stack = np.where(closed_hollows(stack != ABSENT), PASSIVE, stack)
+    if (closed := closed_hollows(stack != ABSENT)).any():
+        stack = np.where(closed, PASSIVE, stack)
     active, around = stack >= ACTIVE, [_beside(stack, face) for face in FACES]
     torn = reduce(or_, ((one >= ACTIVE) & (one != stack) for one in around[:4])) & active
     has_inlet = reduce(or_, (one == ABSENT for one in around)) & active
