@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -23,11 +24,11 @@ from softvox_view.figures import style as figures_style
 
 #: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
 WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
-LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.55, HEIGHT - 0.55
+LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.5, HEIGHT - 0.5
 
 #: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
 SIZE = 8.0
-LINE, ASCENT = 1.4 * SIZE / 72, 1.05 * SIZE / 72
+LINE, ASCENT = 1.32 * SIZE / 72, 1.0 * SIZE / 72
 
 #: Between texts beside each other.
 GAP = 0.08
@@ -72,12 +73,15 @@ def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
 def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
     """Return the lines of a text; a word that is wider than a line is broken."""
     lines = [""]
-    for word in text.split():
+    for word in re.findall(r"\(\d+, \d+, \d+\)\S*|\S+", text):  # a voxel's place is one word
         longer = f"{lines[-1]} {word}".lstrip()
         if width_of(longer, weight=weight) <= width:
             lines[-1] = longer
             continue
-        lines.append("")
+        if width_of(word, weight=weight) <= width:
+            lines.append(word)
+            continue
+        lines[-1] = f"{lines[-1]} ".lstrip()
         for letter in word:
             if width_of(lines[-1] + letter, weight=weight) > width:
                 lines.append("")
@@ -168,6 +172,14 @@ class Column:
             first = first or (axis, top + ASCENT)
         assert first is not None
         return first
+
+    def title(self) -> None:
+        """Write the pages' title, and who builds and when."""
+        axis, top = self.room(0.36)
+        axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
+        words = f"built by {24 * '_'}   date {12 * '_'}"
+        axis.text(self.right, top + 0.22, words, ha="right", va="baseline")
+        rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
         """Write a heading over a line, on the page of what follows."""

@@ -10,11 +10,22 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from softvox_gym.build import TOWARDS, Inlet, Plan
+from softvox_gym.build import (
+    CURE_MINUTES,
+    CURE_MINUTES_ROOM,
+    LEAK_CHECK,
+    MEASUREMENTS,
+    TOWARDS,
+    VOXEL_G,
+    Bill,
+    Inlet,
+    Plan,
+)
 from softvox_gym.design import ABSENT, PASSIVE, Design
 from softvox_gym.lattice import FACES
 from softvox_gym.physics import Physics
@@ -31,11 +42,13 @@ from softvox_view.figures.pages import (
     Column,
     Pages,
     box,
-    rule,
     style,
+    write,
 )
 from softvox_view.figures.robots import relative_volume
 from softvox_view.figures.style import GREY, INK, PALE
+
+__all__ = ["Facts", "draw_batch", "draw_sheet", "facts_of", "write"]
 
 Array = NDArray[np.float64]
 
@@ -46,11 +59,11 @@ PINK, BLUE, STRIPES = "#F9C0D4", "#62A0DA", "#8DBDE8"
 SHADES = (0.84, 0.92, 1.0)
 
 #: Degrees: above the floor, and about the vertical, from where the two pictures are seen.
-ELEVATION, AZIMUTHS = 27.0, (-62.0, 118.0)
+ELEVATION, AZIMUTHS = 27.0, (-56.0, 124.0)
 
-#: Inches: of a site of a slice, least and most; around a slice, for inlets, and for coordinates;
-#: the side of a picture of the robot.
-SMALLEST, LARGEST, RING, NAMES, PICTURE = 0.3, 0.7, 0.27, 0.17, 1.6
+#: Inches: of a site of a slice, least and most; around a slice, for inlets; the side of a picture
+#: of the robot.
+SMALLEST, LARGEST, RING, PICTURE = 0.3, 0.64, 0.27, 1.5
 
 #: Inches: of the key to the slices.
 KEY = 1.8
@@ -60,7 +73,7 @@ VOXEL_CM = 1.5
 PUNCH = 0.25 * 2.54 / VOXEL_CM
 
 #: Sites along x or y that a sheet has room for.
-MOST = 20
+MOST = 10
 
 #: When the volume is measured, cycles.
 MOMENTS = (0.0, 0.25, 0.5, 0.75)
@@ -70,13 +83,15 @@ FRACTIONS += ("\N{VULGAR FRACTION THREE QUARTERS}",)
 #: Where a robot's maker writes.
 BLANK = "_" * 12
 
-#: Grams, of a voxel with its tube.
-VOXEL_G = 1.2
+#: Groups that have their boxes in one line.
+TICKS = 8
 
-TUBES = (
-    "Each group: a hole in one outer side, a 1/32 in tube glued in with Sil-Poxy, a straight "
-    "connector to 1/16 in tube. Blow it up by syringe in a beaker of water; where bubbles rise, "
-    "close the leak with Sil-Poxy. Tick when it is tight: the slice, and then the stacked robot."
+#: Fillings of the mould that have a line to note their cures.
+MOST_FILLINGS = 10
+
+CURES = (
+    f"Two layers a filling. Each cures for 25 min, then {CURE_MINUTES - 25} min at 60 "
+    f"\N{DEGREE SIGN}C; or for {CURE_MINUTES_ROOM} min at room temperature."
 )
 TRAVEL = (
     "Travel on cornstarch: 90 actuations at 6 kPa, filmed from above with a ruler in the picture, "
@@ -140,7 +155,7 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
             f"{plan.design.lattice}; build it of parts"
         )
     with style():
-        made = Pages(_title(plan.design))
+        made = Pages(_name(plan.design))
         column = Column(made)
         _head(column, plan)
         _pictures(column, plan, facts)
@@ -149,14 +164,14 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
             _groups(column, plan)
         left, right = column.halves(0.56)
         if not plan.problems:
-            left.heading("Order of assembly")
+            left.heading("Order of assembly", follows=6 * LINE)
             for i, step in enumerate(plan.steps, start=1):
                 _item(left, f"{i}", step)
             _measure(right, plan, facts)
     return tuple(made.figures)
 
 
-def _title(design: Design) -> str:
+def _name(design: Design) -> str:
     """Return a robot's name; a number of many digits is none."""
     number = str(design.index)
     return f"Robot {number}" if len(number) <= 13 else f"Robot on {design.lattice}"
@@ -176,11 +191,7 @@ def _count(number: int, what: str) -> str:
 def _head(column: Column, plan: Plan) -> None:
     """Write what robot it is, who built it, and what is wrong with it."""
     design = plan.design
-    axis, top = column.room(0.36)
-    axis.text(LEFT, top + 0.22, _title(design), size=18, weight="bold", va="baseline")
-    words = f"built by {2 * BLANK}   date {BLANK}"
-    axis.text(RIGHT, top + 0.22, words, ha="right", va="baseline")
-    rule(axis, LEFT, RIGHT, top + 0.32, lw=1.2)
+    column.title()
     passive = design.n_voxels - design.n_active
     dot = " \N{MIDDLE DOT} "
     column.row((0, f"digits {design.digits}{dot}lattice {design.lattice}"))
@@ -229,7 +240,10 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) 
     view = np.array([math.cos(up) * math.cos(about), math.cos(up) * math.sin(about), math.sin(up)])
     screen = np.stack([right, -np.cross(view, right)])  # y of the page goes down
     shape = np.array(plan.design.shape, dtype=float)
-    corners = np.indices((2, 2, 2)).reshape(3, -1).T * np.add(shape, (1.2, 1.2, 0)) - (0.6, 0.6, 0)
+    # The lattice, with room around its foot for the arrows along the axes.
+    unit = 0.5 + shape.max() / 4
+    foot = np.array([1.2, 1.2, 0]) * unit
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T * (shape + foot) - foot / 2
     seen = corners @ screen.T
     scale = PICTURE / np.ptp(seen, axis=0).max()
     shift = np.array([left, top]) + PICTURE / 2 - scale * (seen.min(axis=0) + seen.max(axis=0)) / 2
@@ -239,14 +253,13 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, left: float, top: float) 
 
     ground = place([(0, 0, 0), (shape[0], 0, 0), (*shape[:2], 0), (0, shape[1], 0)])
     axis.fill(*ground.T, fc="none", ec=PALE, lw=0.6)
-    # The axes lie on the two sides of the lattice that are nearer.
-    near = [shape[0] + 0.3 if view[0] > 0 else -0.3, shape[1] + 0.3 if view[1] > 0 else -0.3]
+    # The arrows lie before the two sides of the lattice that are nearer.
     for k, name in enumerate("xy"):
-        start, end = np.zeros(3), np.zeros(3)
-        start[1 - k] = end[1 - k] = near[1 - k]
-        end[k] = 1
-        _arrow(axis, *place([start, end]))
-        axis.text(*place(end + (end - start) * 0.3), name, ha="center", va="center")
+        start = np.zeros(3)
+        start[1 - k] = shape[1 - k] + 0.35 * unit if view[1 - k] > 0 else -0.35 * unit
+        way = np.eye(3)[k] * unit
+        _arrow(axis, *place([start, start + way]))
+        axis.text(*place(start + 1.25 * way), name, ha="center", va="center")
     shown = sorted(_drawn(plan, view), key=lambda one: one[0])
     faces = [place(points) for _, points, _ in shown]
     looks = {"facecolors": [colour for _, _, colour in shown], "edgecolors": INK, "lw": 0.5}
@@ -258,7 +271,7 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
     padded = np.pad(plan.design.kinds, 1)
     across = np.array([-1, 1, 1, -1]), np.array([-1, -1, 1, 1])
     for site in np.argwhere(plan.design.kinds != ABSENT):
-        colour = np.array(_rgb(BLUE if plan.design.kinds[tuple(site)] == PASSIVE else PINK))
+        colour = np.array(to_rgb(BLUE if plan.design.kinds[tuple(site)] == PASSIVE else PINK))
         for face in np.array(FACES):
             if face @ view <= 0 or padded[tuple(site + face + 1)] != ABSENT:
                 continue
@@ -267,21 +280,14 @@ def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
             yield (site + 0.5) @ view, corners, colour * SHADES[np.flatnonzero(face)[0]]
     for group in plan.groups:
         if group.inlet is not None:
-            site, face = np.array(_place(plan, group.inlet.site)), np.array(group.inlet.face)
+            site, face = (
+                np.array(plan.design.lattice.place(group.inlet.site)),
+                np.array(group.inlet.face),
+            )
             wide = np.cross(face, view)
             wide = 0.05 * wide / np.linalg.norm(wide)
-            ends = site + 0.5 + np.outer([0.5, 0.5, 1.1, 1.1], face)
-            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), _rgb("#FFFFFF")
-
-
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-
-
-def _place(plan: Plan, site: int) -> tuple[int, int, int]:
-    """Return x, y, z of a site."""
-    nx, ny, _ = plan.design.shape
-    return site % nx, site // nx % ny, site // (nx * ny)
+            ends = site + 0.5 + np.outer([0.5, 0.5, 1.3, 1.3], face)
+            yield (site + face + 0.5) @ view, ends + np.outer([-1, 1, 1, -1], wide), (1, 1, 1)
 
 
 def _arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
@@ -317,14 +323,9 @@ def _map(axis: Axes, design: Design, facts: Facts, left: float, top: float) -> N
         start = np.array([left + 0.08, top + side - 0.08])
         _arrow(axis, start, start + end, 0.6)
         axis.text(*(start + end + shift), text, ha="center", va="center")
-    words = f"{facts.fitness:.2f} voxel widths"
-    words += (
-        " towards no side" if facts.heading is None else f", {facts.heading:.0f}\N{DEGREE SIGN}"
-    )
+    words = f"{facts.fitness:.2f} voxel widths, {_heading(facts)}"
     if math.isnan(facts.fitness):
         words = "the simulation diverges"
-    elif facts.heading is None:
-        words = f"{facts.fitness:.2f} voxel widths: no heading"
     place_of = left + side / 2, top + side + LINE
     axis.text(*place_of, words, ha="center", va="baseline", weight="bold")
 
@@ -348,30 +349,30 @@ def _volume(axis: Axes, facts: Facts, left: float, top: float) -> None:
 def _slices(column: Column, plan: Plan) -> None:
     """Draw every slice from below, and a key to them."""
     nx, ny, nz = plan.design.shape
-    around = 2 * RING + (0 if _are_named(plan) else NAMES)
+    around = 2 * RING
 
     def fits(across: int) -> float:
         return min(((RIGHT - LEFT) / across - around) / nx, LARGEST)
 
+    def rows(across: int) -> float:
+        return -(-nz // across) + (0 if nz % across else 0.3)
+
     options = [across for across in range(1, 5) if across == 1 or fits(across) >= SMALLEST]
-    across = min(options, key=lambda one: (-(-(nz + 1) // one), -fits(one), one))
+    across = min(options, key=lambda one: (rows(one), -fits(one)))
     side, width = fits(across), (RIGHT - LEFT) / across
-    high = max(side * ny + around + LINE, KEY)
-    column.heading("Slices, seen from below: open side up, x to the left", follows=high)
-    for panel in range(nz + 1):
-        if panel % across == 0:
+    high = max(side * ny + around + LINE, KEY if nz % across else 0)
+    column.heading("Slices, seen from below: open side up, x to the left", follows=high + KEY / 4)
+    if nz % across == 0:
+        axis, top = column.room(0.5)
+        _key(axis, plan, [(LEFT + 1.77 * (i % 4), top + 0.21 * (i // 4)) for i in range(8)])
+    for z in range(nz):
+        if z % across == 0:
             axis, top = column.room(high)
-        left = LEFT + panel % across * width
-        if panel < nz:
-            corner = left + RING, top + LINE + RING
-            _slice(axis, plan, panel, _Frame(*corner, side, plan.design.shape))
-        else:
-            _key(axis, plan, left, top + LINE)
-
-
-def _are_named(plan: Plan) -> bool:
-    """Return whether the coordinates of sites have room within them."""
-    return max(plan.design.shape[:2]) <= 10
+        corner = LEFT + z % across * width + RING, top + LINE + RING
+        _slice(axis, plan, z, _Frame(*corner, side, plan.design.shape))
+    if nz % across:
+        left = LEFT + nz % across * width
+        _key(axis, plan, [(left, top + 0.21 * i) for i in range(8)])
 
 
 @dataclass(frozen=True)
@@ -401,13 +402,12 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     own = range(nx * ny * z, nx * ny * (z + 1))
     names = {site: group.name for group in plan.groups for site in group.sites}
     digits = plan.design.digits
-    are_named = _are_named(plan)
     for site in own:
         middle = frame.centre(site)
         _voxel(axis, middle, frame.side, digits[site], names.get(site, ""))
-        if are_named and digits[site] != "0":
+        if digits[site] != "0":
             words = f"{site % nx},{site // nx % ny}"
-            axis.text(*np.add(middle, (0, 0.24 * frame.side)), words, ha="center", va="center")
+            axis.text(*np.add(middle, (0, 0.19 * frame.side)), words, ha="center", va="center")
     for bond in plan.bonds:
         if bond[0] in own:
             _seam(axis, *map(frame.centre, bond), 1.0, lw=2.0)
@@ -417,7 +417,7 @@ def _slice(axis: Axes, plan: Plan, z: int, frame: _Frame) -> None:
     for group in plan.groups:
         if group.inlet is not None and group.inlet.site in own:
             _inlet(axis, frame, group.name, group.inlet)
-    _directions(axis, frame, are_named)
+    _directions(axis, frame)
 
 
 def _voxel(
@@ -432,7 +432,7 @@ def _voxel(
     looks = {"fc": PINK, "lw": 0} if name else {"fc": BLUE, "ec": STRIPES, "hatch": "///", "lw": 0}
     axis.add_patch(Rectangle(corner, side, side, **looks))
     axis.add_patch(Rectangle(corner, side, side, fc="none", ec=INK, lw=0.8))
-    place = middle if size else middle - (0, 0.16 * side)
+    place = middle if size else middle - (0, 0.2 * side)
     size = size or (12 if side > 0.5 else SIZE)
     axis.text(*place, name, size=size, weight="bold", ha="center", va="center")
 
@@ -446,8 +446,9 @@ def _seam(axis: Axes, first: Array, second: Array, share: float, **looks: Any) -
 
 def _hole(axis: Axes, first: Array, second: Array) -> None:
     """Draw the hole between two neighbours, as long as the punch."""
-    _seam(axis, first, second, PUNCH, lw=5)
-    _seam(axis, first, second, PUNCH - 0.04, lw=3.4, color="white")
+    wide = min(5.0, 11 * np.abs(second - first).sum())
+    _seam(axis, first, second, PUNCH, lw=wide)
+    _seam(axis, first, second, PUNCH - 0.04, lw=wide - 1.6, color="white")
 
 
 def _inlet(axis: Axes, frame: _Frame, name: str, inlet: Inlet) -> None:
@@ -477,8 +478,8 @@ def _ring(axis: Axes, middle: Array, z: int) -> None:
         axis.plot(*(middle + np.outer([-0.03, 0.03], [1, slope])).T, color=INK, lw=0.9)
 
 
-def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
-    """Draw which way x and y go, and where sites have no room for them their coordinates."""
+def _directions(axis: Axes, frame: _Frame) -> None:
+    """Draw which way x and y go."""
     nx, ny, _ = frame.shape
     corner = np.array([frame.left + nx * frame.side, frame.top + ny * frame.side])
     for name, way in (("x", np.array([-1, 0])), ("y", np.array([0, -1]))):
@@ -486,21 +487,17 @@ def _directions(axis: Axes, frame: _Frame, are_named: bool) -> None:
         _arrow(axis, start, start + (0.1 + 0.3 * frame.side) * way)
         beside = 0.1 + 0.1 * (1 + way) - 0.26 * frame.side * np.abs(way)
         axis.text(*(corner + beside), name, ha="center", va="center")
-        for k in () if are_named else range(nx if name == "x" else ny):
-            beyond = corner + RING + NAMES / 2
-            place = np.where(way, corner + (k + 0.5) * frame.side * way, beyond)
-            axis.text(*place, str(k), ha="center", va="center")
 
 
-def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
-    """Explain the slices' signs."""
+def _key(axis: Axes, plan: Plan, places: Sequence[tuple[float, float]]) -> None:
+    """Explain the slices' signs, each at a place."""
     faces = {group.inlet.face for group in plan.groups if group.inlet is not None}
     words = ["active (pink), of group A", "passive (blue or yellow)", "no voxel"]
-    words += ["bonded with Sil-Poxy", "hole to punch", "inlet, on this side"]
-    words += ["inlet, on the underside"] * ((0, 0, -1) in faces)
-    words += ["inlet, on the upper side"] * ((0, 0, 1) in faces)
-    for row, text in enumerate(words):
-        middle = np.array([left + 0.09, top + 0.21 * row])
+    words += ["bonded with Sil-Poxy", "hole to punch", "inlet of group A"]
+    words += ["inlet, on this side"] * ((0, 0, -1) in faces)
+    words += ["inlet, on the far side"] * ((0, 0, 1) in faces)
+    for row, (text, place) in enumerate(zip(words, places, strict=False)):
+        middle = np.add(place, (0.09, 0.09))
         if row < 3:
             _voxel(axis, middle, 0.17, "210"[row], "A" * (row == 0), SIZE)
         elif row < 5:
@@ -512,8 +509,8 @@ def _key(axis: Axes, plan: Plan, left: float, top: float) -> None:
         elif row == 5:
             _arrow(axis, middle - (0.1, 0), np.add(middle, (0.08, 0)), 1.2)
         else:
-            _ring(axis, middle, -1 if "under" in text else 1)
-        axis.text(left + 0.28, middle[1], text, va="center")
+            _ring(axis, middle, -1 if "this" in text else 1)
+        axis.text(*np.add(middle, (0.19, 0)), text, va="center")
 
 
 def _groups(column: Column, plan: Plan) -> None:
@@ -522,17 +519,15 @@ def _groups(column: Column, plan: Plan) -> None:
         column.heading("Actuator groups")
     else:
         column.heading("Actuator groups, tubes and leaks")
-        column.row((0, TUBES))
-        column.gap(0.4 * LINE)
     phases = plan.design.lattice.phases > 1
-    at = (0, 0.5, 1.0, 1.55, 2.75, 5.9, 6.5)
+    at = (0, 0.5, 0.8, 1.4, 2.55, 6.15, 6.6)
     heads = ["group", "z", "voxels", "inlet", "why there", "slice", "robot"]
     shown = 5 if plan.problems else 7
     column.row(*zip(at[:shown], heads[:shown], strict=True), weight="bold")
     for group in plan.groups:
         inlet, why = "none", "it does not reach the surface"
         if group.inlet is not None:
-            place = ",".join(map(str, _place(plan, group.inlet.site)))
+            place = ",".join(map(str, plan.design.lattice.place(group.inlet.site)))
             inlet, why = f"({place}), {TOWARDS[group.inlet.face]}", group.inlet.why
         if phases:
             why = f"{why}; pumped {group.phase:g} cycles ahead" if group.phase else why
@@ -541,6 +536,11 @@ def _groups(column: Column, plan: Plan) -> None:
         for left in at[5:shown]:
             box(axis, LEFT + left + 0.1, foot)
         column.gap(0.2 * LINE)
+    if not plan.problems:
+        column.gap(0.3 * LINE)
+        column.row((0, "Tick what is tight: every slice before it is stacked, then the robot."))
+        for i, check in enumerate(LEAK_CHECK, start=1):
+            column.row((0, str(i)), (0.22, check))
 
 
 def _item(column: Column, mark: str, text: str) -> None:
@@ -553,9 +553,10 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     """Write what to measure beside what is expected."""
     column.heading("What to measure", follows=20 * LINE)
     at = (0, 1.1, 2.05)
-    column.row(*zip(at, ("mass with tubes,", "expected", "measured"), strict=True), weight="bold")
+    column.row((0, "Mass with tubes, without connectors."))
+    column.gap(0.4 * LINE)
     mass = f"{VOXEL_G * plan.design.n_voxels:.1f} g"
-    column.row(*zip(at, ("no connectors", mass, BLANK), strict=True))
+    column.row(*zip(at, ("expected", mass, BLANK), strict=True))
     column.gap(0.7 * LINE)
     column.row((0, TRAVEL))
     column.gap(0.4 * LINE)
@@ -577,3 +578,71 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     column.row(*zip(at, ("measured", *4 * ["_____"]), strict=True))
     column.gap(0.7 * LINE)
     column.row((0, "Notes:"))
+
+
+def draw_batch(plans: Sequence[Plan], bill: Bill) -> tuple[Figure, ...]:
+    """Draw what robots take together: quantities, bill, cures, leaks and how they are measured."""
+    with style():
+        robots = _count(int(bill.quantities["robots"]), "robot")
+        made = Pages(f"Batch of {robots}")
+        column = Column(made)
+        column.title()
+        left, right = column.halves(0.5)
+        left.heading("What it takes")
+        for what, amount, unit in bill.amounts().cells()[1:]:
+            axis, foot = left.row((0, what), (3.05, unit))
+            axis.text(LEFT + 2.95, foot, amount, ha="right", va="baseline")
+        right.heading("Mould and cures")
+        right.row((0, CURES))
+        fillings = int(bill.quantities["mould_fillings"])
+        at = (0, 0.6, 1.95)
+        right.gap(0.4 * LINE)
+        right.row(*zip(at, ("filling", "layer 1, from \N{EN DASH} to", "layer 2"), strict=True))
+        for filling in range(1, min(fillings, MOST_FILLINGS) + 1):
+            right.gap(0.3 * LINE)
+            right.row(*zip(at, (f"{filling} of {fillings}", BLANK, BLANK), strict=True))
+        column.below(left, right)
+        _materials(column, bill)
+        _robots(column, plans, int(bill.quantities["robots"]) // max(len(plans), 1))
+        column.heading("Leak check, of every slice with active voxels")
+        for i, check in enumerate(LEAK_CHECK, start=1):
+            column.row((0, str(i)), (0.22, check))
+        column.heading("How to measure")
+        for i, item in enumerate(MEASUREMENTS, start=1):
+            column.row((0, str(i)), (0.22, item))
+    return tuple(made.figures)
+
+
+def _materials(column: Column, bill: Bill) -> None:
+    """Write the bill of materials."""
+    column.heading("Bill of materials")
+    table = bill.materials()
+    head, *rows = table.cells()
+    ends = np.linspace(4.2, RIGHT - LEFT, len(head) - 1)
+    for cells in (head, *rows):
+        weight = "bold" if cells is head else "normal"
+        axis, foot = column.row((0, cells[0]), end=ends[0] - 0.5, weight=weight)
+        for end, cell in zip(ends, cells[1:], strict=True):
+            axis.text(LEFT + end, foot, cell, ha="right", va="baseline", weight=weight)
+    column.gap(0.3 * LINE)
+    words = (
+        f"{bill.total_usd:,.2f} USD to buy, in whole packages; {bill.used_usd:,.2f} USD where a "
+    )
+    column.row((0, f"{words}package counts by the share that is used."))
+
+
+def _robots(column: Column, plans: Sequence[Plan], copies: int) -> None:
+    """Write which robots there are, with a box for each group that is tight."""
+    column.heading(f"Robots, {copies} of each; tick the groups that are tight")
+    at = (0, 1.2, 3.6, 4.2)
+    column.row(*zip(at, ("robot", "digits", "voxels", "groups"), strict=True), weight="bold")
+    for plan in plans:
+        design, names = plan.design, [group.name for group in plan.groups]
+        cells = (_name(design), design.digits, str(design.n_voxels))
+        for i in range(0, max(len(names), 1), TICKS):
+            axis, foot = column.row(*zip(at, cells if i == 0 else (), strict=False), end=at[3])
+            for k, name in enumerate(names[i : i + TICKS]):
+                place = LEFT + at[3] + 0.36 * k
+                axis.text(place, foot, name, va="baseline")
+                box(axis, place + 0.18, foot)
+        column.gap(0.2 * LINE)
