@@ -67,6 +67,11 @@ def test_json_has_all_of_it(told):
         assert one["displacement"] is None
 
 
+def test_trials_of_one_world_are_chosen_among_others(told):
+    text = told("trials", "other", "--simulated-in=sticky", "--design=2117")
+    assert "; 1 run of 1 design, after 15 cycles on plane, simulated in sticky\n" in text
+
+
 def test_nothing_measured_is_said_and_the_simulator_chooses(told):
     text = told("empty", "--budget=1")
     assert text.startswith("ite, displacement; nothing was measured\n")
@@ -89,6 +94,8 @@ def test_other_cycles_and_another_simulator_are_what_they_are_asked_for(told):
     ("arguments", "message"),
     [
         (["trials", "other"], "the trials differ in reality"),
+        (["--surface=ice"], "no trial has --surface 'ice'"),
+        (["--simulated-in=soft"], "no trial has --simulated-in 'soft'; of those there are, it is"),
         (["nowhere"], "no folder nowhere"),
         (["--cycles=20"], "3 of 3 runs end before 20 cycles"),
         (["--duration=3"], "--duration is said by --cycles"),

@@ -20,17 +20,12 @@ from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import heading
-from softvox_gym.trials import Trial
-from softvox_gym.trials.measured import CONDITIONS
 from softvox_search.cli.options import not_negative, options_given
 from softvox_view.cli.build import check_form, sheets_of
-from softvox_view.cli.trials.options import add_folders, read_folders
+from softvox_view.cli.trials.options import add_filters, add_folders, chosen, read_folders
 
 if TYPE_CHECKING:
     from softvox_search.transfer.next import Proposal
-
-#: Of `CONDITIONS`.
-NUMBERS = ("pressure_kpa", "frequency_hz")
 
 DESCRIPTION = """\
 Propose robots to build and test next, by what was measured: where the models
@@ -90,13 +85,6 @@ def add_parser(commands: Any) -> None:
             "metavar": "KEY=VALUE",
             "help": "of the method, with a value as in TOML; may be given several times",
         },
-        "only": {
-            "action": "append",
-            "default": [],
-            "metavar": "KEY=VALUE",
-            "help": "only trials of one surface, reality, ..., as surface=acrylic; may be given "
-            "several times",
-        },
         "cycles": {
             "type": cycles,
             "metavar": "N",
@@ -114,6 +102,7 @@ def add_parser(commands: Any) -> None:
     }
     for name, settings in options.items():
         parser.add_argument(f"--{name}", **settings)
+    add_filters(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
 
@@ -176,28 +165,15 @@ def run(args: Namespace) -> int:
 def _worlds(args: Namespace) -> tuple[Physics, MeasuredReality | None]:
     """Return the simulator, and what was measured; None where nothing was."""
     trials, physics = read_folders(args), physics_of(args)
-    for pair in args.only:
-        trials = tuple(trial for trial in trials if _is(trial, pair))
-    if args.only and not trials:
-        raise BadInputError(f"--only {' --only '.join(args.only)}: no trial is left; ask for less")
     if not trials:
         return physics, None
     with bad_input():
         real, simulated = args.cycles or (None, None)
-        where = Reality.from_trials(trials, cycles=real)
+        where = Reality.from_trials(chosen(args, trials), cycles=real)
         simulated = simulated or where.cycles
         if abs(simulated - float(physics.cycles)) > 1e-3:  # else a landscape that ships
             physics = physics.lasting(simulated)
     return physics, replace(where, nominal=physics)
-
-
-def _is(trial: Trial, pair: str) -> bool:
-    """Return whether a trial is one of those that KEY=VALUE asks for."""
-    key, equals, text = pair.partition("=")
-    if key not in CONDITIONS or not equals:
-        raise BadInputError(f"--only must be {'|'.join(CONDITIONS)}=VALUE, got {pair!r}")
-    value = getattr(trial, key)
-    return text == ("" if value is None else f"{value:g}" if key in NUMBERS else value)
 
 
 def _table(made: Sequence[Proposal]) -> Section:

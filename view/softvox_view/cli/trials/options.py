@@ -15,6 +15,7 @@ FILTERS = {
     "surface": "what the robot stood on",
     "powder": "what lay on it; '' for nothing",
     "source": "measured or simulated",
+    "simulated-in": "the reality that a simulated one is of",
     "who": "who ran it",
 }
 
@@ -72,7 +73,7 @@ def chosen(args: Namespace, trials: Sequence[Trial]) -> tuple[Trial, ...]:
     if not kept:
         raise BadInputError("the folders hold no trials; softvox trials add makes some")
     for name in ("design", *FILTERS):
-        if wanted := vars(args)[name]:
+        if wanted := vars(args)[name.replace("-", "_")]:
             there = kept
             kept = tuple(trial for trial in there if _values(trial, name) & {*wanted})
             if not kept:
@@ -89,7 +90,7 @@ def _values(trial: Trial, name: str) -> set[str]:
     """Return what may be given for a trial to be chosen."""
     if name == "design":
         return {str(trial.design.index), trial.design.digits}
-    return {getattr(trial, name)}
+    return {trial.reality if name == "simulated-in" else getattr(trial, name)}
 
 
 def folders_of(args: Namespace) -> list[Path]:
