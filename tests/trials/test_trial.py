@@ -68,17 +68,9 @@ CONTENT = """\
 "license": "CC0-1.0",
 "date": "2026-11-27",
 "source": "measured",
-"reality": "",
-"robot": "",
-"powder": "",
-"pressure_kpa": null,
-"frequency_hz": null,
 "cycles": 1,
 "repetition": 1,
 "voxel_cm": 1.5,
-"camera": "",
-"notes": "",
-"provenance": {},
 "track": [
 [0, 0, 0],
 [0.5, 0.1, 0.05],
@@ -107,7 +99,10 @@ def test_it_is_read_as_it_was_written(facts):
     assert read.design == made.design
     assert np.array_equal(read.position, made.position)
     assert read.facts == made.facts
-    assert set(json.loads(made.to_bytes())) == {*made.facts, "track"}
+    said = json.loads(made.to_bytes())
+    assert said.pop("track") == np.column_stack([made.cycle, made.position]).tolist()
+    assert made.facts == {**made.facts, **said}
+    assert all(made.facts[name] in ("", None, {}) for name in made.facts.keys() - said.keys())
 
 
 def test_it_is_a_value():
@@ -227,15 +222,18 @@ def test_a_simulated_trial_may_be_of_the_simulator_or_of_a_set():
         ("softvox-gym trial", "a", "is no trial, which has the format 'softvox-gym trial'; take i"),
         ('"version": 1', '"version": 2', "is a trial of version 2, and this package reads 1; in"),
         ('"version": 1', '"version": true', "is a trial of version True, and this package reads"),
-        ('"robot": "",\n', "", "lacks the key 'robot'; restore it, or write it anew"),
-        ('"robot"', '"rabot"', "has the unknown key 'rabot'; restore it, or write it anew"),
+        ('"who": "A. Person",\n', "", "lacks the key 'who'; restore it, or write it anew"),
+        ('"cycles": 1,\n', "", "is not as softvox trials writes it; restore it, or write it anew"),
+        ('"cycles"', '"cicles"', "has the unknown key 'cicles'; restore it, or install a version"),
         ("[2, 2, 2]", "[2, 2]", "shape or track can't be read (shape must be three whole numbers"),
         ("[2, 2, 2]", "[true, 8, 1]", "is not as softvox trials writes it; restore it, or write"),
         ("[0.5, 0.1, 0.05]", "[0.5, 0.1]", "shape or track can't be read (setting an array ele"),
         ("[0.5, 0.1, 0.05]", '["0.5", 0.1, 0.05]', "is not as softvox trials writes it; restore"),
         ("0.5", "NaN", "cycle must be finite numbers of at most a million; leave others out"),
         ('"00021222"', "6453", "design must be a text of its digits, got 6453"),
-        ('"notes": ""', '"notes": "", "notes": ""', "is not as softvox trials writes it; restore"),
+        ("1.5,", '1.5,\n"notes": "",', "is not as softvox trials writes it; restore it, or write"),
+        ("1.5,", "1.5,\n" * 2, "line 15: is no JSON; restore it, or take it out"),
+        ('"phases": 1', '"phases": 1, "phases": 1', "is not as softvox trials writes it; restore"),
         ("\n", "\r\n", "has the line ends of Windows; put '*.json -text' into .gitattributes, and"),
         ("0.5", "0.50", "is not as softvox trials writes it; restore it, or write it anew"),
         ("\n}\n", "\n}\n\n", "is not as softvox trials writes it; restore it, or write it anew"),

@@ -199,9 +199,13 @@ class Trial:
                 f"is a trial of version {_shown(version)}, and this package reads {VERSION}; "
                 "install one that reads it"
             )
-        if others := sorted(data.keys() ^ {*KEYS} - {*_HEAD}):
-            has = "lacks the" if others[0] in KEYS else "has the unknown"
-            raise TrialError(f"{has} key {_shown(others[0])}; restore it, or write it anew")
+        if lacking := sorted(_NEEDED - data.keys()):
+            raise TrialError(f"lacks the key {lacking[0]!r}; restore it, or write it anew")
+        if unknown := sorted(data.keys() - {*KEYS}):
+            raise TrialError(
+                f"has the unknown key {_shown(unknown[0])}; restore it, or install a version that "
+                "knows it"
+            )
         try:
             lattice = Lattice.of(data.pop("shape"), phases=data.pop("phases"))
             track = np.array(data.pop("track"), dtype=np.float64)
@@ -223,8 +227,12 @@ class Trial:
         return made
 
     def to_bytes(self) -> bytes:
-        """Return the content of its file: JSON, a key per line and a point per line."""
-        lines = [f"{_json(key)}: {_json(value)}" for key, value in self.facts.items()]
+        """Return the content of its file: JSON, a key per line and a point per line.
+
+        What is not known is left out, so that a key that comes later changes no earlier file.
+        """
+        known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
+        lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
         points = np.column_stack([self.cycle, self.position]).tolist()
         track = _json([[_plain(value) for value in point] for point in points])
         lines.append('"track": [\n' + track[1:-1].replace("], [", "],\n[") + "\n]")
@@ -232,7 +240,7 @@ class Trial:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """All that its file says, but for the track."""
+        """All keys of its file but the track; what that leaves out is "", None or {} here."""
         sides = [int(side) for side in self.design.shape]
         own = {name: _plain(getattr(self, name)) for name in _KEYS}
         lattice = {"shape": sides, "phases": int(self.design.lattice.phases)}
@@ -291,8 +299,10 @@ _HEAD = {"format": FORMAT, "version": VERSION}
 #: Of the file, in its order, but for what says the format, the lattice and the track.
 _KEYS = tuple(one.name for one in fields(Trial) if one.name not in ("cycle", "position"))
 
-#: Of the file.
+#: Of the file, in its order.
 KEYS = (*_HEAD, "shape", "phases", *_KEYS, "track")
+
+_NEEDED = {"shape", "phases", "design", "surface", "who", "license", "track"}
 
 
 def _design(design: Any, lattice: Lattice | None = None) -> Design:
@@ -354,8 +364,9 @@ def _check_date(text: str) -> None:
 
 
 def _number(name: str, value: Any, above: float, most: float) -> float:
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(value, bool) or not above < value <= most:
+    value = value.item() if isinstance(value, np.generic) else value
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not above < value <= most:
         bounds = f"above {above:g} and at most {most:g}"
         raise TrialError(f"{name} must be a number {bounds}, got {_shown(value)}")
     return float(value)
