@@ -8,13 +8,11 @@ from softvox_gym.trials import Trial
 NINE = (6453, 6013, 2117, 6489, 6481, 1385, 6330, 4690, 573)
 
 
-def trials_in(world, designs, *, turn=0.0, **facts):
-    """Return a trial per design, as the world moves it; `turn` is added to its y, cm per cycle."""
+def trials_in(world, designs, **facts):
+    """Return a trial per design, as the world moves it."""
     made = []
     for track in tracks_of(reality(world), list(designs)):
-        position = track.position * 1.5  # of voxels as wide as the kit's
-        position[:, 1] += turn * track.cycle
         told = {"surface": "acrylic", "who": "softvox-gym", "license": "CC0-1.0", **facts}
-        told |= {"source": "simulated", "reality": world}
-        made.append(Trial(design=track.design, cycle=track.cycle, position=position, **told))
+        told |= {"source": "simulated", "reality": world, "voxel_cm": 1.0}
+        made.append(Trial(design=track.design, cycle=track.cycle, position=track.position, **told))
     return made

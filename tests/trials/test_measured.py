@@ -20,10 +20,9 @@ TRIALS = trials_in("reversal", NINE)
 
 
 def line(design, *, end=30.0, x=1.5, **facts):
-    """Return a trial that goes straight along x, cm, which nobody measured."""
-    told = {"surface": "acrylic", "who": "A. Person", "license": "CC0-1.0", **facts}
-    told |= {"source": "simulated", "reality": "reversal"} if "source" not in told else {}
-    return Trial(design=design, cycle=[0, end], position=[[0, 0], [x, 0]], **told)
+    """Return a trial that goes straight along x, cm: made up, nobody measured or simulated it."""
+    told = {"surface": "acrylic", "who": "A. Person", "license": "CC0-1.0", "date": "2026-11-27"}
+    return Trial(design=design, cycle=[0, end], position=[[0, 0], [x, 0]], **told | facts)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +52,9 @@ def test_repetitions_are_averaged_over_the_cycles_of_the_shortest_run():
     made = Reality.from_trials([runs[0], line(17, x=6.0, repetition=2)], cycles=15)
     assert made.displacement[17] == pytest.approx([1.5, 0, 0])
     assert made.spread[17] == pytest.approx(0.5)
-    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic, simulated in reversal"
+    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic"
+    powdered = Reality.from_trials([line(17, powder="talc")])
+    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc"
     assert [track.cycle.tolist() for track in made.tracks] == [[0, 15], [0, 15]]
     assert made.mean_track(17, 4).shape == (61, 3)
     assert made.mean_track(17, 4)[[0, 20, -1], 0] == pytest.approx([0, 0.5, 1.5])
@@ -66,8 +67,10 @@ def test_tracks_are_those_of_a_robot_of_the_simulators_size(real):
     wide = Reality.from_trials(TRIALS, nominal={"edge": 0.02})
     ours, theirs = real.tracks[0], wide.tracks[0]
     assert (ours.design, ours.trial) == (573, real.measured[0].digest[:12])
-    assert ours.position == pytest.approx(real.measured[0].position / 1.5)
+    assert ours.position == pytest.approx(real.measured[0].position)
     assert theirs.position == pytest.approx(2 * ours.position)
+    (of_the_kit,) = Reality.from_trials([line(17, x=3.0)], cycles=15).tracks
+    assert of_the_kit.position.tolist() == [[0, 0], [1, 0]]
     assert [len(one.cycle) for one in real_tracks(TRIALS)] == [len(one.cycle) for one in TRIALS]
 
 
@@ -133,8 +136,8 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused([one, line(40, pressure_kpa=6.0)], "differ in pressure_kpa: 1 with none said, 1 with 6")
     refused([one, line(40, frequency_hz=2.0)], "differ in frequency_hz")
     refused([one, line(40, powder="talc")], "differ in powder")
-    real = line(40, source="measured", date="2026-11-27")
-    refused([one, real], "differ in source: 1 with simulated, 1 with measured")
+    refused([one, *trials_in("reversal", [40])], "in source: 1 with measured, 1 with simulated")
+    refused([*trials_in("soft", [17]), *trials_in("reversal", [40])], "differ in reality: 1 with s")
     early = rf"1 of 1 runs end before 31 cycles: design 17 \({one.digest[:12]}\) after 30"
     refused([one], early, cycles=31)
     refused([one], "cycles must be above 0", cycles=0)

@@ -54,7 +54,7 @@ prints goes to standard error.
 
 --trials DIR makes a reality of what was measured, the files of a folder of
 trials (softvox trials) of 2x2x2 designs under the same conditions. Designs that
-nobody measured can't be tested; where one is recommended, the regret is unknown.
+nobody measured can't be tested; where one is recommended, regret is unknown.
 Robots are looked at after as many cycles as the shortest run has, and simulated
 ones after 15, unless --cycles says something else.
 """
@@ -78,8 +78,8 @@ def add_parser(commands: Any) -> None:
         "transfer",
         help="try designs in a reality, and see what a method makes of it",
         description=DESCRIPTION,
-        usage="softvox transfer [--method NAME] [--reality NAME | --trials DIR] [--tests N]\n"
-        "                        [options]",
+        usage="softvox transfer [--method NAME] [--reality NAME | --trials DIR]\n"
+        "                        [--tests N] [options]",
     )
     options: dict[str, dict[str, Any]] = {
         "method": {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil
@@ -186,7 +186,7 @@ class MeasuredReality(Reality):
 
 
 def from_trials(
-    trials: Sequence[Trial],
+    trials: Iterable[Trial],
     *,
     name: str = "trials",
     nominal: PhysicsLike = "published",
@@ -196,7 +196,7 @@ def from_trials(
 
     Parameters
     ----------
-    trials : sequence of Trial
+    trials : iterable of Trial
         As `softvox_gym.trials.read` reads them; all of one surface, powder, pressure and frequency,
         and all measured or all simulated in one reality. Several runs of a design are averaged.
     name : str
@@ -219,14 +219,15 @@ def from_trials(
 
     Examples
     --------
-    >>> runs = [Trial(design=6453, cycle=[0, 30], position=[[0, 0], [x, 1.5]], repetition=k,
-    ...               surface="acrylic", who="A. Person", date="2026-11-27", license="CC0-1.0")
-    ...         for k, x in enumerate([2.8, 3.2], 1)]
+    >>> runs = [Trial(design=6453, cycle=[0, 30], position=[[0, 0], [x, 1.0]], repetition=k,
+    ...               surface="acrylic", who="softvox-gym", license="CC0-1.0",
+    ...               source="simulated", reality="reversal", voxel_cm=1)
+    ...         for k, x in enumerate([1.9, 2.1], 1)]
     >>> made = from_trials(runs)
     >>> made.displacement[6453].round(2)
     array([2., 1., 0.])
     >>> made.about
-    '2 runs of 1 design, after 30 cycles on acrylic'
+    '2 runs of 1 design, after 30 cycles on acrylic, simulated in reversal'
     """
     made = _checked(trials)
     ends = [float(trial.cycle[-1]) for trial in made]
@@ -285,8 +286,9 @@ def real_tracks(
     return tuple(made)
 
 
-def _checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     """Return trials that can be one reality, in the order of their designs and digests."""
+    trials = tuple(trials)
     if not all(isinstance(trial, Trial) for trial in trials):
         raise TypeError("trials must be softvox_gym.trials.Trial, as softvox_gym.trials.read reads")
     if not trials:
