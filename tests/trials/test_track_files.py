@@ -159,9 +159,9 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             "cycle,x_cm,y_cm\n0,0,0\n1,6.1,0\n",
             {},
-            "line 3: is 6.1 cm from .* a robot of 3 cm can't g",
+            "line 3: the point is 6.1 cm from .* a robot of 3 cm can't g",
         ),
-        ("cycle,x_cm,y_cm\n0,0,0\n90,0,101\n", {}, "line 3: is 101 cm from where the track begins"),
+        ("cycle,x_cm,y_cm\n0,0,0\n90,0,101\n", {}, "line 3: the point is 101 cm from the first"),
         (PIXELS + "0,0,0\n1,1,0\n", {}, "has pixels; give a reference length, such as --scale 10/"),
         (PIXELS + "0,0,0\n1,1,0\n", {"scale": "cm"}, "has pixels; give a reference length"),
         (
@@ -193,7 +193,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             files.SEVERAL.replace(b".", b","),
             {"scale": "cm", "point": "mass A"},
-            "line 4: 12 values, but line 3 names",
+            "line 4: 12 values for 7 columns",
         ),
         (
             files.CSV,
@@ -219,7 +219,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             files.INDIVIDUALS,
             {"scale": "1/9", "fps": 9, "point": "one/top", "likelihood": 1},
-            "one/top is below the likelihood 1 in all 2 frames; give a lower --likelihood",
+            "one/top is nowhere, or below the likelihood 1, on all 2 lines; give",
         ),
         (b"\x89HDF\r\n\x1a\n", {}, "is HDF5, and CSV is read; .* save_as_csv=True"),
         (files.CSV.decode().encode("utf-16"), {}, "line 1: not text in UTF-8; save"),

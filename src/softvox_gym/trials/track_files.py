@@ -54,6 +54,8 @@ HEAD = 5
 
 Array = NDArray[np.float64]
 
+Paths = str | Path | Iterable[str | Path] | Mapping[Path, bytes]
+
 #: The line of a point, its time, x and y.
 Point = tuple[int, float, float, float]
 
@@ -126,7 +128,7 @@ class Found(NamedTuple):
     path: Path
     #: Where its track begins.
     line: int
-    #: Points that were below the likelihood.
+    #: Lines on which the robot was nowhere, or not likely enough.
     left_out: int
 
 
@@ -138,17 +140,16 @@ class Track(NamedTuple):
     clock: str
     unit: str
     #: The time in the first row of the file, whether or not that has a point.
-    begin: float
+    begin: float = 0.0
     design: Design | None = None
     repetition: int | None = None
     #: Whose it is, of several in the file.
     name: str = ""
+    #: Lines on which it is nowhere, or not likely enough.
     left_out: int = 0
 
 
-def trials_of(
-    paths: Path | Iterable[Path] | Mapping[Path, bytes], **options: Any
-) -> tuple[Trial, ...]:
+def trials_of(paths: Paths, **options: Any) -> tuple[Trial, ...]:
     r"""Return the trials that files of tracks hold; `read_track_files` has the options.
 
     Examples
@@ -165,7 +166,7 @@ def trials_of(
 
 
 def read_track_files(
-    paths: Path | Iterable[Path] | Mapping[Path, bytes],
+    paths: Paths,
     *,
     film: Film | None = None,
     design: int | str | Design | None = None,
@@ -178,7 +179,7 @@ def read_track_files(
 
     Parameters
     ----------
-    paths : Path, iterable of Path, or mapping of Path to bytes
+    paths : path, iterable of paths, or mapping of Path to bytes
         With the contents where these have been read.
     film : Film, optional
     design : int, str or Design, optional
@@ -216,7 +217,7 @@ def read_track_files(
     lattice = lattice or (own.lattice if own else Lattice())
     found: list[Found] = []
     count: Counter[Design] = Counter()
-    for path in [paths] if isinstance(paths, Path) else paths:
+    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
         content = paths[path] if isinstance(paths, Mapping) else content_of(path)
         kind = film.kind or _kind(path, content)
         given = {"file": path.name, "sha256": sha256(content).hexdigest(), "kind": kind}
@@ -243,7 +244,7 @@ def tracks_in(
             "save_as_csv=True) or analyze_videos_converth5_to_csv"
         )
     made = tuple(KINDS[kind](path, content, film, lattice))
-    if not made:
+    if not any(track.points for track in made):
         raise CsvError(f"{path} has no point; add lines, or leave the file out")
     return made
 
@@ -268,7 +269,7 @@ def _csv(path: Path, content: bytes, film: Film, lattice: Lattice) -> Iterator[T
         except ValueError as error:
             raise CsvError(f"{path}, line {line}: {error}") from None
         names = (clock, f"x_{unit}", f"y_{unit}")
-        t, x, y = _numbers(path, line, names, [record[name] for name in names])
+        t, x, y = _numbers(path, line, ((name, record[name]) for name in names))
         tracks.setdefault((design, repetition), []).append((line, t, x, y))
     for (design, repetition), points in tracks.items():
         clock = clock.removeprefix("t_")
@@ -327,34 +328,20 @@ def _tracker(path: Path, content: bytes, film: Film, lattice: Lattice) -> Iterat
     for i in range(len(names)):
         owner = (above[i] if i < len(above) else "") or owner
         owners.append(owner)
-    name, (x, y) = _chosen(f"{path}, line {at}", owners, names, ("x", "y"), film.point)
-    points: list[Point] = []
-    begin = math.nan
-    for line, cells in rows(path, content, delimiter):
-        if line <= at or not any(cells):
-            continue
-        if any(cells[len(names) :]):
-            raise CsvError(
-                f"{path}, line {line}: {len(cells)} values, but line {at} names {len(names)} "
-                "columns; export the file anew, with tabs between them"
-            )
-        cells += [""] * (len(names) - len(cells))
-        texts = [cells[i] if delimiter == "," else cells[i].replace(",", ".") for i in (0, x, y)]
-        (time,) = _numbers(path, line, ("t",), texts[:1])
-        begin = time if math.isnan(begin) else begin
-        if any(texts[1:]):
-            right, up = _numbers(path, line, ("x", "y"), texts[1:])
-            points.append((line, time, right, up))
-    if points:
-        yield Track(points, "s", "", begin, name=name)
+    name, columns = _chosen(f"{path}, line {at}", owners, names, ("x", "y"), film.point)
+    lines = islice(rows(path, content, delimiter), at, None)
+    comma = "." if delimiter == "," else ","
+    track = Track([], "s", "", name=name)
+    yield _filled(path, track, lines, {"t": 0, **columns}, len(names), comma=comma)
 
 
 def _deeplabcut(path: Path, content: bytes, film: Film, lattice: Lattice) -> Iterator[Track]:
     """Yield the track of a body part."""
     lines = rows(path, content)
     head: dict[str, list[str]] = {}
-    for line, cells in islice(lines, HEAD):
-        at, head[cells[0] if cells else ""] = line, cells[1:]
+    at = 0
+    for at, cells in islice(lines, HEAD):  # noqa: B007, it is told below
+        head[cells[0] if cells else ""] = cells[1:]
         if "coords" in head:
             break
     if not {"bodyparts", "coords"} <= set(head):
@@ -368,30 +355,52 @@ def _deeplabcut(path: Path, content: bytes, film: Film, lattice: Lattice) -> Ite
     if len(set(who)) > 1:
         parts = [f"{one}/{part}" for one, part in zip(who, parts, strict=False)]
     wanted = ("x", "y", "likelihood") if "likelihood" in coordinates else ("x", "y")
+    parts, coordinates = ["", *parts], ["", *coordinates]  # below the first cell are the frames
     name, columns = _chosen(f"{path}, line {at}", parts, coordinates, wanted, film.point)
-    points: list[Point] = []
-    begin, left_out = math.nan, 0
+    track = Track([], "s", "px", name=name)
+    columns = {"frame": 0, **columns}
+    yield _filled(
+        path, track, lines, columns, len(parts), per_s=film.fps, likelihood=film.likelihood
+    )
+
+
+def _filled(
+    path: Path,
+    track: Track,
+    lines: Iterable[tuple[int, list[str]]],
+    columns: dict[str, int],
+    width: int,
+    *,
+    per_s: float = 1.0,
+    comma: str = ".",
+    likelihood: float = 0.0,
+) -> Track:
+    """Return a track with the points of an export: its columns of time, x, y and likelihood."""
+    begin = None
+    left_out = 0
     for line, cells in lines:
         if not any(cells):
             continue
-        time = _numbers(path, line, ("frame",), cells[:1])[0] / film.fps
-        begin = time if math.isnan(begin) else begin
-        texts = [cells[i + 1] if i + 1 < len(cells) else "" for i in columns]
-        if all(text.lower() in ("", "nan") for text in texts[:2]):
-            left_out += 1
-            continue
-        x, y, *likelihood = _numbers(path, line, wanted, texts)
-        if likelihood and likelihood[0] < film.likelihood:
-            left_out += 1
+        if any(cells[width:]):
+            raise CsvError(
+                f"{path}, line {line}: {len(cells)} values for {width} columns; export the file "
+                "anew, with tabs between them"
+            )
+        texts = [cells[i].replace(comma, ".") if i < len(cells) else "" for i in columns.values()]
+        is_seen = any(text.lower() not in ("", "nan") for text in texts[1:3])
+        told = list(zip(columns, texts, strict=True))
+        time, *values = _numbers(path, line, told if is_seen else told[:1])
+        begin = time / per_s if begin is None else begin
+        if is_seen and not (values[2:] and values[2] < likelihood):
+            track.points.append((line, time / per_s, values[0], values[1]))
         else:
-            points.append((line, time, x, y))
-    if left_out and not points:
+            left_out += 1
+    if left_out and not track.points:
         raise CsvError(
-            f"{path}: {name} is below the likelihood {film.likelihood:g} in all {left_out} frames; "
-            "give a lower --likelihood or another --point"
+            f"{path}: {track.name} is nowhere, or below the likelihood {likelihood:g}, on all "
+            f"{left_out} lines; give another --point or a lower --likelihood"
         )
-    if points:
-        yield Track(points, "s", "px", begin, name=name, left_out=left_out)
+    return track._replace(begin=begin or 0.0, left_out=left_out)
 
 
 #: What reads each kind of file.
@@ -400,7 +409,7 @@ KINDS = {"csv": _csv, "tracker": _tracker, "deeplabcut": _deeplabcut}
 
 def _chosen(
     where: str, owners: list[str], names: list[str], wanted: tuple[str, ...], point: str | None
-) -> tuple[str, list[int]]:
+) -> tuple[str, dict[str, int]]:
     """Return whose columns are taken, and where those wanted are."""
     found: dict[str, dict[str, int]] = {}
     for i, (owner, name) in enumerate(zip(owners, names, strict=False)):
@@ -415,12 +424,12 @@ def _chosen(
             if whole
             else f"{where}: no track has {', '.join(wanted)}; export the file with all of them"
         )
-    return named, [whole[named][one] for one in wanted]
+    return named, {one: whole[named][one] for one in wanted}
 
 
-def _numbers(path: Path, line: int, names: Iterable[str], texts: Iterable[str]) -> list[float]:
+def _numbers(path: Path, line: int, told: Iterable[tuple[str, str]]) -> list[float]:
     try:
-        return [number_in(*pair) for pair in zip(names, texts, strict=True)]
+        return [number_in(name, text) for name, text in told]
     except ValueError as error:
         raise CsvError(f"{path}, line {line}: {error}") from None
 
@@ -456,7 +465,7 @@ def _found(path: Path, track: Track, film: Film, facts: dict[str, Any]) -> Found
     made = [(0.0, 0.0, 0.0)]
     for line, time, x, y in points:
         here = ((time - begin) * rate, *turn((x - left) * scale, (y - low) * scale))
-        fault = _outside(path, (x, y), track.unit, film.picture) or _fault(
+        fault = _outside((x, y), track.unit, film.picture) or _fault(
             made[-1], here, math.inf if film.allow_jumps else size
         )
         if fault:
@@ -544,14 +553,12 @@ def _turn(film: Film, usual: str) -> Callable[[float, float], tuple[float, float
     return lambda x, y: (cos * x + sin * up * y, cos * up * y - sin * x)
 
 
-def _outside(
-    path: Path, at: tuple[float, float], unit: str, picture: tuple[int, int] | None
-) -> str:
+def _outside(at: tuple[float, float], unit: str, picture: tuple[int, int] | None) -> str:
     """Return what is wrong with a point of a picture; nothing where it is in it."""
     if picture is None:
         return ""
     if unit != "px":
-        return "is not in pixels; leave --picture out"
+        return "positions are not in pixels; leave --picture out"
     if all(0 <= value <= most for value, most in zip(at, picture, strict=True)):
         return ""
     return (
@@ -568,13 +575,13 @@ def _fault(before: tuple[float, ...], here: tuple[float, ...], size: float) -> s
     """
     if not math.hypot(*here[1:]) <= MOST_CM:
         return (
-            f"is {math.hypot(*here[1:]):.4g} cm from where the track begins, and no robot goes "
+            f"the point is {math.hypot(*here[1:]):.4g} cm from the first, and no robot goes "
             f"{MOST_CM:g}; give another --scale, or leave the line out"
         )
     if (jump := math.dist(here[1:], before[1:])) > (most := size * (1 + here[0] - before[0])):
         return (
-            f"is {jump:.3g} cm from the point before, and a robot of {size:g} cm can't go "
-            f"{most:.3g} meanwhile; correct --scale, leave the line out, or give --allow-jumps"
+            f"the point is {jump:.3g} cm from the one before, and a robot of {size:g} cm can't go "
+            f"{most:.3g} meanwhile; give another --scale, leave the line out, or --allow-jumps"
         )
     return ""
 

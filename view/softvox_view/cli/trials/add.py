@@ -41,22 +41,38 @@ example:
     --who "A. Person" --date 2026-11-27 --license CC-BY-4.0
 """
 
-TEXTS = {
-    "surface": "what the robot stood on",
-    "who": "who ran it",
-    "date": "of the run, as 2026-11-27; none where it is simulated",
-    "robot": "which one, where several of a design were built",
-    "powder": "what lay on the surface",
-    "camera": "the camera, and where it stood",
-    "notes": "anything else",
-}
+#: Options, what they hold, as which type, and what that is: facts of a `Trial`, then of a `Film`.
+RUN = (
+    ("--surface", "TEXT", str, "what the robot stood on"),
+    ("--who", "TEXT", str, "who ran it"),
+    ("--date", "DATE", str, "of the run, as 2026-11-27; not of a simulated one"),
+    ("--robot", "TEXT", str, "which one, where several of a design were built"),
+    ("--powder", "TEXT", str, "what lay on the surface"),
+    ("--pressure-kpa", "X", number, "of the pump"),
+    ("--frequency-hz", "X", number, "of actuation; needed where a file counts seconds or frames"),
+    ("--cycles", "X", number, "of actuation (default: those of the track)"),
+    ("--voxel-cm", "X", number, f"edge of a voxel at rest (default: {VOXEL_CM:g}, simulated: 1)"),
+    ("--camera", "TEXT", str, "the camera, and where it stood"),
+    ("--notes", "TEXT", str, "anything else"),
+    ("--reality", "NAME", str, "of tracks that are simulated: the world they are from"),
+)
+FILM = (
+    ("--scale", "L", str, "CM/PIXELS, a reference length as 10/437; Tracker: also cm, mm, m"),
+    (
+        "--x-axis",
+        "DEG",
+        number,
+        "where the robot's +x axis points at the start, counter-clockwise "
+        "from the picture's right (default: 0)",
+    ),
+    ("--start", "S", number, "when the pump starts (default: on the first line)"),
+    ("--fps", "X", number, "frames per second, of DeepLabCut's files"),
+    ("--point", "NAME", str, "the body part, or Tracker's track, where there are several"),
+    ("--likelihood", "X", number, "DeepLabCut's points below are left out (default: 0.9)"),
+)
 
-NUMBERS = {
-    "pressure-kpa": "of the pump",
-    "frequency-hz": "of the actuation; needed where a file counts seconds or frames",
-    "cycles": "of actuation in the run (default: those of the track)",
-    "voxel-cm": f"the resting edge of a voxel (default: {VOXEL_CM:g}, of simulated ones 1)",
-}
+#: Where an option isn't called as the field of `Film` is.
+FIELDS = {"format": "kind", "x_axis": "x_axis_deg", "start": "start_s"}
 
 
 def add_parser(commands: Any) -> None:
@@ -72,61 +88,30 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE")
     add_into(parser)
     parser.add_argument("--dry-run", action="store_true", help="only say what would be added")
-    of_run = parser.add_argument_group("the run")
-    of_run.add_argument("--design", metavar="N", help="number, digits or a file")
-    add_shape(of_run)
-    of_run.add_argument(
+    group = parser.add_argument_group("the run")
+    group.add_argument("--design", metavar="N", help="a number, digits or a file")
+    add_shape(group)
+    group.add_argument(
         "--repetition",
         type=whole_number,
         metavar="N",
         help="of the first file's track; further ones are numbered on (default: 1)",
     )
-    for name, text in TEXTS.items():
-        is_needed = name in ("surface", "who")
-        meta = "DATE" if name == "date" else "TEXT"
-        of_run.add_argument(f"--{name}", required=is_needed, default="", metavar=meta, help=text)
-    for name, text in NUMBERS.items():
-        of_run.add_argument(f"--{name}", type=number, metavar="X", help=text)
-    of_run.add_argument("--license", required=True, choices=LICENSES, help="of the data")
-    of_run.add_argument(
-        "--reality", metavar="NAME", help="of tracks that are simulated: the world they are from"
-    )
-    film = parser.add_argument_group("the film")
-    film.add_argument("--format", choices=KINDS, help="of the files (default: by their content)")
-    film.add_argument(
-        "--scale",
-        metavar="L",
-        help="CM/PIXELS, a reference length such as 10/437; or cm, mm or m, Tracker's unit",
-    )
-    film.add_argument(
+    group.add_argument("--license", required=True, choices=LICENSES, help="of the data")
+    for name, holds, kind, text in RUN:
+        is_needed = name in ("--surface", "--who")
+        group.add_argument(name, type=kind, metavar=holds, required=is_needed, help=text)
+    group = parser.add_argument_group("the film")
+    group.add_argument("--format", choices=KINDS, help="of the files (default: by their content)")
+    group.add_argument(
         "--picture", type=_size, metavar="WxH", help="pixels, which no point may leave"
     )
-    film.add_argument(
+    group.add_argument(
         "--y", choices=("up", "down"), help="where y grows (default: down in pixels, else up)"
     )
-    film.add_argument(
-        "--x-axis",
-        type=number,
-        default=0.0,
-        metavar="DEG",
-        help="where the robot's +x axis points in the picture at the start, counter-clockwise "
-        "from the right (default: 0)",
-    )
-    film.add_argument(
-        "--start", type=number, metavar="S", help="when the pump starts (default: first line)"
-    )
-    film.add_argument("--fps", type=number, metavar="X", help="frames per second, for DeepLabCut")
-    film.add_argument(
-        "--point", metavar="NAME", help="the body part or Tracker's track, where there are several"
-    )
-    film.add_argument(
-        "--likelihood",
-        type=number,
-        default=0.9,
-        metavar="X",
-        help="DeepLabCut's points below are left out (default: 0.9)",
-    )
-    film.add_argument(
+    for name, holds, kind, text in FILM:
+        group.add_argument(name, type=kind, metavar=holds, help=text)
+    group.add_argument(
         "--allow-jumps", action="store_true", help="take tracks that no robot could have made"
     )
     parser.set_defaults(run=run, parser=parser)
@@ -140,29 +125,19 @@ def _size(text: str) -> tuple[int, int]:
 
 def run(args: Namespace) -> int:
     """Read all files, then add all trials, and print them."""
-    facts = {name: getattr(args, name) for name in (*TEXTS, "license")}
-    given = {name.replace("-", "_"): vars(args)[name.replace("-", "_")] for name in NUMBERS}
-    facts |= {name: value for name, value in given.items() if value is not None}
+    given = {name: value for name, value in vars(args).items() if value is not None}
+    facts = {name: given[name] for name in ("license", *map(_name, RUN)) if name in given}
     if args.reality is not None:
-        facts |= {"source": "simulated", "reality": args.reality}
+        facts["source"] = "simulated"
+    names = ("format", "picture", "y", "allow_jumps", *map(_name, FILM))
+    film = {FIELDS.get(name, name): given[name] for name in names if name in given}
     design = None if args.design is None else design_of(args.design, args.shape, args.phases)
     with bad_input():
         found = read_track_files(
             args.files,
-            film=Film(
-                kind=args.format,
-                scale=args.scale,
-                picture=args.picture,
-                y=args.y,
-                x_axis_deg=args.x_axis,
-                start_s=args.start,
-                fps=args.fps,
-                point=args.point,
-                likelihood=args.likelihood,
-                allow_jumps=args.allow_jumps,
-            ),
+            film=Film(**film),
             design=design,
-            lattice=None if design else Lattice.of(args.shape, phases=args.phases),
+            lattice=design.lattice if design else Lattice.of(args.shape, phases=args.phases),
             repetition=args.repetition,
             known=read(args.into) if args.into.exists() else (),
             **facts,
@@ -179,33 +154,25 @@ def run(args: Namespace) -> int:
     return 0
 
 
+def _name(option: tuple[Any, ...]) -> str:
+    return str(option[0]).removeprefix("--").replace("-", "_")
+
+
 def _table(found: tuple[Found, ...]) -> Section:
     rows = []
     for trial, path, line, left_out in found:
         design = trial.design
+        name = design.index if design.lattice == Lattice() else design.digits
+        way = math.hypot(*trial.displacement), plain(heading(trial.displacement))
+        read_from = (len(trial.cycle), left_out, float(trial.cycle[-1]))
         rows.append(
-            (
-                trial.digest[:8],
-                design.index if design.lattice == Lattice() else design.digits,
-                trial.repetition,
-                len(trial.cycle),
-                left_out,
-                float(trial.cycle[-1]),
-                math.hypot(*trial.displacement),
-                plain(heading(trial.displacement)),
-                f"{path}, line {line}",
-            )
+            (trial.digest[:8], name, trial.repetition, *read_from, *way, f"{path}, line {line}")
         )
     columns = (
-        Column("digest", "digest"),
-        Column("design", "design"),
-        Column("repetition", "rep."),
-        Column("points", "points"),
-        Column("left_out", "left out"),
-        Column("cycles", "cycles", ".4g"),
-        Column("distance", "distance", ".2f"),
-        Column("heading", "heading", ".0f"),
-        Column("from", "from"),
+        *(Column("digest", "digest"), Column("design", "design"), Column("repetition", "rep.")),
+        *(Column("points", "points"), Column("left_out", "left out")),
+        *(Column("cycles", "cycles", ".4g"), Column("distance", "distance", ".2f")),
+        *(Column("heading", "heading", ".0f"), Column("from", "from")),
     )
     sentence = "distance in voxel widths, heading in degrees from +x towards +y"
     return Section(columns=columns, rows=rows, sentence=sentence)
