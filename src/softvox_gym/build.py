@@ -178,8 +178,8 @@ def plan(design: Design) -> Plan:
     [('A', (0, 1, 2, 3), (-1, 0, 0)), ('B', (4, 5, 6, 7), (-1, 0, 0))]
     >>> len(full.holes), full.problems
     (8, ())
-    >>> plan(Design("10010000")).problems[0][:59]
-    'it is 2 pieces, (0, 0, 0) | (1, 1, 0), that share an edge, '
+    >>> print(*plan(Design("202", shape=(1, 1, 3))).problems)
+    it is 2 pieces, (0, 0, 0) | (0, 0, 2), that do not touch
     """
     body = _Body(design)
     bonds = tuple(body.bonds())
@@ -472,12 +472,12 @@ class Bill:
 
     @property
     def used_usd(self) -> float:
-        """The cost of what is used: of tools, mould and machine all, of the rest its share."""
+        """The cost where a package counts by the share of it that is used."""
         return float(sum(line.share * line.usd for line in self.lines))
 
     @property
     def total_usd(self) -> float:
-        """The cost of what has to be bought, in whole packages."""
+        """The cost of all that has to be bought, in whole packages."""
         return float(sum(line.packages * line.usd for line in self.lines))
 
     def amounts(self) -> Section:
@@ -491,7 +491,7 @@ class Bill:
                 Column("unit", "unit"),
             ),
             rows=[
-                (_AMOUNTS[key][0], key, round(value, 2), _AMOUNTS[key][1])
+                (_AMOUNTS[key][0], key, round(value, 1), _AMOUNTS[key][1])
                 for key, value in self.quantities.items()
             ],
         )
@@ -540,9 +540,9 @@ _AMOUNTS = {
     "active": ("pink voxels (active)", ""),
     "passive": ("blue or yellow voxels (passive)", ""),
     "slices": ("slices", ""),
-    "joints": ("joints of Sil-Poxy: neighbours of a slice, and tubes", ""),
+    "joints": ("joints of Sil-Poxy (bonds, tubes)", ""),
     "holes": ("holes to punch", ""),
-    "groups": ("actuator groups, with a tube each", ""),
+    "groups": ("actuator groups, a tube each", ""),
     "mould_fillings": ("mould fillings", ""),
     "silicone_ml": ("silicone, in the voxels", "ml"),
     "tube_1_32_in_cm": ("tube 1/32 in", "cm"),
