@@ -4,31 +4,33 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from html import escape
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
+from numpy.typing import ArrayLike
 
 from softvox_search.report.style import FORMATS, Look
 from softvox_search.report.style import style as project_style
-from softvox_view.figures import style as figures_style
+from softvox_view.figures.style import INK, figure
 
 #: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
 WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
-LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.5, HEIGHT - 0.5
+LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.45, HEIGHT - 0.45
 
 #: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
 SIZE = 8.0
-LINE, ASCENT = 1.32 * SIZE / 72, 1.0 * SIZE / 72
+LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
 
 #: Between texts beside each other.
 GAP = 0.08
@@ -44,7 +46,7 @@ style = partial(
 )
 
 #: Of a file of pages: without a date, and ids that don't change from run to run.
-_SVG = {"svg.hashsalt": "softvox", "svg.fonttype": "path"}
+_SVG: dict[Any, Any] = {"svg.hashsalt": "softvox", "svg.fonttype": "path"}
 _SVG_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 
 _HTML = """<!doctype html>
@@ -109,7 +111,7 @@ class Pages:
         return self.figures[page].axes[0]
 
     def _page(self) -> Figure:
-        made = figures_style.figure(WIDTH, HEIGHT, layout=None)
+        made = figure(WIDTH, HEIGHT, layout=None)
         made.set_label(self.title)
         axis = made.add_axes((0, 0, 1, 1))
         axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
@@ -173,6 +175,23 @@ class Column:
         assert first is not None
         return first
 
+    def table(
+        self, at: Sequence[float], *rows: Sequence[str], end: float | None = None, gap: float = 0
+    ) -> list[tuple[Axes, float]]:
+        """Write rows of texts as `row` does, the first bold, with a gap between them, lines."""
+        made = []
+        for i, texts in enumerate(rows):
+            self.gap(gap * LINE if i else 0)
+            weight = "normal" if i else "bold"
+            made.append(self.row(*zip(at, texts, strict=False), weight=weight, end=end))
+        return made
+
+    def numbered(self, items: Iterable[str], gap: float = 0) -> None:
+        """Write a list of which the items have numbers, with a gap between them, lines."""
+        for i, item in enumerate(items, start=1):
+            self.gap(gap * LINE if i > 1 else 0)
+            self.row((0, str(i)), (0.22, item))
+
     def title(self) -> None:
         """Write the pages' title, and who builds and when."""
         axis, top = self.room(0.36)
@@ -183,7 +202,7 @@ class Column:
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
         """Write a heading over a line, on the page of what follows."""
-        self.gap(1.1 * LINE)
+        self.gap(LINE)
         self.keep(1.6 * LINE + follows)
         axis, top = self.room(1.6 * LINE)
         axis.text(self.left, top + ASCENT, text, weight="bold", size=9, va="baseline")
@@ -205,12 +224,24 @@ class Column:
 
 def rule(axis: Axes, left: float, right: float, y: float, **options: Any) -> None:
     """Draw a thin line across."""
-    axis.plot((left, right), (y, y), **{"color": figures_style.INK, "lw": 0.6, **options})
+    axis.plot((left, right), (y, y), **{"color": INK, "lw": 0.6, **options})
 
 
-def box(axis: Axes, x: float, y: float, side: float = 0.11) -> None:
-    """Draw a box to tick, its foot at y."""
-    axis.add_patch(Rectangle((x, y - side), side, side, fc="none", ec=figures_style.INK, lw=0.7))
+def label(axis: Axes, place: ArrayLike, text: str, **looks: Any) -> None:
+    """Write a text around a place."""
+    x, y = np.asarray(place)
+    axis.text(x, y, text, **{"ha": "center", "va": "center", **looks})
+
+
+def rectangle(axis: Axes, corner: ArrayLike, wide: float, high: float, **looks: Any) -> None:
+    """Draw a rectangle from its upper left corner."""
+    x, y = np.asarray(corner)
+    axis.add_patch(Rectangle((x, y), wide, high, **{"fc": "none", "ec": INK, **looks}))
+
+
+def box(axis: Axes, left: float, foot: float, side: float = 0.11) -> None:
+    """Draw a box to tick."""
+    rectangle(axis, (left, foot - side), side, side, lw=0.7)
 
 
 def write(pages: Iterable[Figure], form: str) -> bytes:
@@ -232,7 +263,8 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
         return _pdf(pages)
     if form not in ("svg", "html"):
         raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
-    titles, made = [], []
+    titles: list[str] = []
+    made: list[str] = []
     for page in pages:
         if form == "svg" and made:
             raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
