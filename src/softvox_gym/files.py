@@ -37,7 +37,7 @@ def check_folder(path: Path, names: Iterable[str], *, force: bool) -> None:
     Without force, the folder must be new or empty.
     """
     if not path.is_dir():
-        if os.path.lexists(path):
+        if os.path.lexists(path) and not path.is_dir():  # something else may make it meanwhile
             raise OutputError(f"{path} is not a folder; choose another")
         _check_writable(path.parent)
         return

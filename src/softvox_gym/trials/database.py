@@ -10,26 +10,50 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import softvox_gym
-from softvox_gym.files import OutputError, write_file
+from softvox_gym.files import check_folder, write_file
+from softvox_gym.lattice import Lattice
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
 
 #: Of the files' names.
 ENDING = ".json"
 
 
-class Added(NamedTuple):
-    """What `add` was given, each trial once, sorted by digest."""
+class Checked(NamedTuple):
+    """What `check` found in some folders.
 
-    #: Those that it has written.
+    Parameters
+    ----------
+    trials : tuple of Trial
+        That are whole, sorted by digest, each once.
+    faults : tuple of str
+        A line each that names the file and the remedy.
+    doubts : tuple of str
+        What may be right, and looks as if it were not; lines too.
+    """
+
+    trials: tuple[Trial, ...]
+    faults: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+class Added(NamedTuple):
+    """What `add` and `merge` were given, sorted by digest, each once.
+
+    Parameters
+    ----------
+    new : tuple of Trial
+        Those that were written.
+    known : tuple of Trial
+        Those that the folder held already.
+    """
+
     new: tuple[Trial, ...]
-    #: Those that the folder held already.
     known: tuple[Trial, ...]
 
 
 def shipped() -> Path:
     """Return the folder of the trials that ship with the package."""
-    return Path(softvox_gym.__file__).parent / "data" / "trials"
+    return Path(__file__).parents[1] / "data" / "trials"
 
 
 def read(*folders: Path) -> tuple[Trial, ...]:
@@ -45,67 +69,53 @@ def read(*folders: Path) -> tuple[Trial, ...]:
     Raises
     ------
     TrialError
-        At the first fault, naming the file and the remedy; also where two trials tell one run.
+        For the first fault that `check` finds, or where there is no such folder.
     """
-    held: dict[Trial, Path] = {}
-    for folder in folders:
-        for path in _files(folder):
-            held.setdefault(_read(path), path)
-    for fault in _told_twice(held):
-        raise TrialError(fault)
-    return _sorted(held)
+    return _sorted(_held(folders))
 
 
-def faults(folder: Path) -> list[str]:
-    """Return every fault of a folder, a line each that names the file and the remedy.
+def check(*folders: Path) -> Checked:
+    """Read some folders, and tell all that is wrong in them, and between them.
 
     Raises
     ------
     TrialError
         Where there is no such folder.
     """
-    held: dict[Trial, Path] = {}
-    found: list[str] = []
-    for path in _files(folder):
-        try:
-            held[_read(path)] = path
-        except TrialError as error:
-            found.append(str(error))
-    return [*found, *_told_twice(held)]
+    held, faults = _checked(folders)
+    left = [
+        f"{path} is left of a command that was interrupted; delete it, unless one runs now"
+        for folder in folders
+        for path in sorted(folder.glob(".*.json.partial-*"))
+    ]
+    return Checked(_sorted(held), tuple(faults), (*left, *_same_tracks(held)))
+
+
+def faults(folder: Path) -> list[str]:
+    """Return all faults of a folder, as `check` finds them."""
+    return list(check(folder).faults)
 
 
 def add(folder: Path, trials: Iterable[Trial]) -> Added:
     """Add trials to a folder, which is made where there is none.
 
     Every file appears whole. Whatever interrupts it, what is there is good, and the same call again
-    completes it.
+    completes it. Several processes may add to one folder.
 
     Raises
     ------
     TrialError
-        Before anything is written: where the folder has a fault, or a trial tells a run otherwise
-        than another one, of these or of the folder.
+        Before anything is written: where the folder has a fault, or two trials, of these or of the
+        folder, describe the same run differently.
     softvox_gym.files.OutputError
         Where the folder can't be written to.
     """
-    given = _sorted(trials)
-    held = {trial: folder / name_of(trial) for trial in read(folder)} if folder.exists() else {}
-    places = {trial: Path(name_of(trial)) for trial in given} | held
-    for fault in _told_twice(places):
-        raise TrialError(fault)
-    new = tuple(trial for trial in given if trial not in held)
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder} can't be made ({error.strerror}); choose another") from None
-    for trial in new:  # whoever writes the same file meanwhile writes the same bytes
-        write_file(folder / name_of(trial), trial.to_bytes(), force=True)
-    return Added(new, tuple(trial for trial in given if trial in held))
+    return _add(folder, dict.fromkeys(trials, "a trial to add"))
 
 
 def merge(into: Path, *others: Path) -> Added:
-    """Add what other folders hold to a folder, as `add` does."""
-    return add(into, read(*others))
+    """Add what other folders hold to a folder, as `add` does; errors name the files of both."""
+    return _add(into, _held(others))
 
 
 def name_of(trial: Trial) -> str:
@@ -117,43 +127,104 @@ def _sorted(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     return tuple(sorted(set(trials), key=lambda trial: trial.digest))
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    if not folder.is_dir():
-        is_there = folder.exists()
+def _add(folder: Path, places: Mapping[Trial, object]) -> Added:
+    check_folder(folder, (), force=True)
+    held = _held([folder]) if folder.is_dir() else {}
+    for fault in _conflicts({**places, **held}):
+        raise TrialError(fault)
+    given = _sorted(places)
+    new = tuple(trial for trial in given if trial not in held)
+    folder.mkdir(exist_ok=True)
+    for trial in new:  # whoever writes the same file meanwhile writes the same bytes
+        write_file(folder / name_of(trial), trial.to_bytes(), force=True)
+    return Added(new, tuple(trial for trial in given if trial in held))
+
+
+def _held(folders: Iterable[Path]) -> dict[Trial, Path]:
+    """Return trials and their files; TrialError for the first fault."""
+    held, faults = _checked(folders)
+    if faults:
+        others = f" ({len(faults) - 1} more: softvox trials check)" if len(faults) > 1 else ""
+        raise TrialError(faults[0] + others)
+    return held
+
+
+def _checked(folders: Iterable[Path]) -> tuple[dict[Trial, Path], list[str]]:
+    """Return trials and their files, and all faults."""
+    held: dict[Trial, Path] = {}
+    faults: list[str] = []
+    for path in (path for folder in folders for path in _files(folder)):
+        try:
+            held.setdefault(_read(path), path)
+        except TrialError as error:
+            faults.append(str(error))
+    return held, [*faults, *_conflicts(held)]
+
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        names = [path for path in folder.iterdir() if path.suffix == ENDING]
+    except FileNotFoundError:
         raise TrialError(
-            f"{folder} is {'a file' if is_there else 'not there'}; name a folder of trials, or "
-            "make one with softvox trials add"
-        )
-    yield from sorted(
-        path for path in folder.iterdir() if path.suffix == ENDING and not path.name.startswith(".")
-    )
+            f"there is no folder {folder}; name one of trials, or make one: softvox trials add"
+        ) from None
+    except NotADirectoryError:
+        raise TrialError(f"{folder} is a file; name the folder that it is in") from None
+    except OSError as error:
+        raise TrialError(f"{folder} can't be read ({error.strerror}); name another") from None
+    return sorted(path for path in names if not path.name.startswith("."))
 
 
 def _read(path: Path) -> Trial:
     """Read a file; TrialError that names it where it is no trial, or not named by its digest."""
+    if path.exists() and not path.is_file():  # a pipe would keep us waiting
+        raise TrialError(f"{path} is no file; take it out")
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         trial = Trial.from_bytes(content)
     except OSError as error:
-        raise TrialError(f"{path} can't be read ({error.strerror}); take it out") from None
+        raise TrialError(
+            f"{path} can't be read ({error.strerror}); mend that, or take it out"
+        ) from None
     except TrialError as error:
-        raise TrialError(f"{path}: {error}") from None
+        raise TrialError(f"{path} {error}") from None
     if path.name != name_of(trial):
         raise TrialError(
-            f"{path}: its content is another than its name says; restore it, or, where the change "
-            f"is meant, call it {name_of(trial)}"
+            f"{path} holds another content than its name says; restore it, or, where the change is "
+            f"meant, call it {name_of(trial)}"
         )
     return trial
 
 
-def _told_twice(places: Mapping[Trial, Path]) -> Iterator[str]:
-    """Yield a line for every trial that tells a run which another one tells otherwise."""
+def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
+    """Yield a line for every trial of a run that another one describes as well."""
     first: dict[tuple[Any, ...], Trial] = {}
-    for trial, path in places.items():
+    for trial, place in places.items():
         other = first.setdefault(trial.run, trial)
         if other != trial:
             yield (
-                f"{path} and {places[other]} tell one run otherwise (design, conditions, date, who "
-                "and repetition are the same); number repetitions on, or keep one of the files"
+                f"{place} and {places[other]} describe the same run differently ({_run(trial)}); "
+                "if they are two runs, give one another repetition, otherwise keep one of them"
             )
+
+
+def _run(trial: Trial) -> str:
+    """Return what a person knows a run by."""
+    facts = (trial.robot, trial.reality, trial.surface, trial.date, trial.who)
+    number = str(trial.design.index if trial.design.lattice == Lattice() else trial.design.digits)
+    return ", ".join([number[:40], *filter(None, facts), f"repetition {trial.repetition}"])
+
+
+def _same_tracks(places: Mapping[Trial, Path]) -> Iterator[str]:
+    """Yield a line for every measured track that another trial has too: two robots never do."""
+    first: dict[tuple[bytes, bytes], Trial] = {}
+    for trial, path in places.items():
+        if trial.source == "measured":
+            track = trial.cycle.tobytes(), trial.position.tobytes()
+            other = first.setdefault(track, trial)
+            if other != trial:
+                yield (
+                    f"{path} and {places[other]} have the same track, and no two runs do; take out "
+                    "the one that is not of its robot"
+                )

@@ -1,14 +1,18 @@
-"""A trial: one run of a robot that was filmed, and all that is known of it; a small text file."""
+"""A trial: one run of a robot, real or simulated, and all that is known of it; a small text file.
+
+docs/trials-database.md describes the file.
+"""
 
 from __future__ import annotations
 
 import datetime
 import json
-import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from hashlib import sha256
+from operator import index as as_index
 from typing import Any
 
 import numpy as np
@@ -17,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import MOST_CM
-from softvox_gym.realities import realities
+from softvox_gym.realities import reality
 
 Array = NDArray[np.float64]
 
@@ -29,18 +33,29 @@ LICENSES = ("CC0-1.0", "CC-BY-4.0", "ODC-By-1.0", "PDDL-1.0", "MIT")
 #: Texts are at most as long, and a track has at most as many points.
 MOST_CHARACTERS, MOST_POINTS = 2000, 100_000
 
+MOST_REPETITIONS = 10_000
+
 #: A file is at most so large: a little more than that many points and a million sites take.
 MOST_BYTES = 8_000_000
 
 #: Positions are kept to a micrometre, cycles to a hundred-thousandth.
 PLACES = {"cycle": 5, "position": 4}
 
+#: No cycle and no cm is larger; also what makes rounding safe.
+_LARGEST = 1e6
+
 #: Of the kit's robots, cm.
 VOXEL_CM = 1.5
+
+#: Of simulated robots, cm.
+SIMULATED_VOXEL_CM = 1.0
 
 #: What `provenance` may say: the file that the track was read from, what kind it was of, and how
 #: its numbers became cm along the robot's axes.
 PROVENANCE = ("file", "sha256", "kind", "cm_per_pixel", "x_axis_deg", "point")
+
+#: Those that are numbers, each with what it is above, and the largest that it can be.
+PROVENANCE_NUMBERS = {"cm_per_pixel": (0.0, 1000.0), "x_axis_deg": (-360.0, 360.0)}
 
 
 class TrialError(ValueError):
@@ -70,7 +85,10 @@ class Trial:
         One of `LICENSES`.
     source : {"measured", "simulated"}
     reality : str
-        Of a simulated one: the name of the pseudo-reality, or "published".
+        Of a simulated one: the name of the pseudo-reality, as `softvox_gym.reality` takes it, or
+        "published".
+    robot : str
+        Which one it was, where several of a design were built; "" for the only one.
     powder : str
         What lay on the surface; "" for nothing.
     pressure_kpa, frequency_hz : float, optional
@@ -80,7 +98,7 @@ class Trial:
     repetition : int
         Which run of this robot under these conditions it was, from 1.
     voxel_cm : float
-        The resting edge of a voxel.
+        The resting edge of a voxel; 1 of a simulated robot.
     camera, notes : str
     provenance : dict
         Of the track, keys of `PROVENANCE`: its file's name and SHA-256, and what it was made of.
@@ -107,6 +125,7 @@ class Trial:
     date: str = ""
     source: str = "measured"
     reality: str = ""
+    robot: str = ""
     powder: str = ""
     pressure_kpa: float | None = None
     frequency_hz: float | None = None
@@ -123,7 +142,7 @@ class Trial:
         _check_choice("license", self.license, LICENSES)
         _check_choice("source", self.source, ("measured", "simulated"))
         if self.source == "simulated":
-            _check_choice("reality", self.reality, ("published", *realities()))
+            _check_reality(self.reality)
         elif self.reality:
             raise TrialError("reality is of a simulated trial; leave it out of a measured one")
         if self.date or self.source == "measured":
@@ -131,18 +150,18 @@ class Trial:
         changed: dict[str, Any] = {"design": _design(self.design), **self._points()}
         for name, most in _NUMBERS.items():
             value = getattr(self, name)
-            if value is not None:
-                changed[name] = _number(name, value, most)
+            if value is not None or name == "voxel_cm":
+                changed[name] = _number(name, value, 0.0, most)
+        if self.source == "simulated" and changed["voxel_cm"] != SIMULATED_VOXEL_CM:
+            raise TrialError("simulated robots have voxels of 1 cm; give voxel_cm=1")
         end = float(changed["cycle"][-1])
-        cycles = changed.setdefault("cycles", end)
+        cycles = changed["cycles"] = round(changed.get("cycles", end), PLACES["cycle"])
         if cycles < end:
             raise TrialError(
                 f"cycles is {cycles:g}, and the track goes on to {end:g}; give all cycles of the "
                 "run, or the frequency at which it was actuated"
             )
-        repetition = self.repetition
-        if type(repetition) is not int or not 1 <= repetition <= 10_000:
-            raise TrialError(f"repetition must be a whole number from 1, got {repetition!r}")
+        changed["repetition"] = _repetition(self.repetition)
         changed["provenance"] = _provenance(self.provenance)
         for name, value in changed.items():
             object.__setattr__(self, name, value)
@@ -152,6 +171,10 @@ class Trial:
 
     def __hash__(self) -> int:
         return hash(self.digest)
+
+    def __repr__(self) -> str:
+        number = self.design.index if self.design.lattice.has_int64_numbers else self.design.digits
+        return f"<Trial {self.digest[:10]}: {str(number)[:40]}, {self.source} by {self.who[:40]}>"
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Trial:
@@ -163,43 +186,65 @@ class Trial:
             For what `to_bytes` would not write.
         """
         if len(content) > MOST_BYTES:
-            raise TrialError(f"is larger than {MOST_BYTES} bytes, so no trial; take it out")
+            raise TrialError(f"is larger than {MOST_BYTES:,} bytes, so no trial; take it out")
         try:
             data = json.loads(content)
         except (ValueError, RecursionError) as error:
             line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
-            raise TrialError(f"{line}is no JSON; write it anew with softvox trials add") from None
+            raise TrialError(f"{line}is no JSON; restore it, or take it out") from None
         if not isinstance(data, dict) or data.pop("format", None) != FORMAT:
-            raise TrialError(f"is no trial: JSON with the format {FORMAT!r}")
+            raise TrialError(f"is no trial, which has the format {FORMAT!r}; take it out")
         if type(version := data.pop("version", None)) is not int or version != VERSION:
             raise TrialError(
-                f"is a trial of version {str(version)[:40]}, and this package reads {VERSION}; "
+                f"is a trial of version {_shown(version)}, and this package reads {VERSION}; "
                 "install one that reads it"
             )
-        if others := sorted(map(str, data.keys() ^ {*_KEYS, "shape", "phases", "track"})):
-            raise TrialError(f"has or lacks the key {others[0][:40]!r}; write it anew")
+        if lacking := sorted(_NEEDED - data.keys()):
+            raise TrialError(f"lacks the key {lacking[0]!r}; restore it, or write it anew")
+        if unknown := sorted(data.keys() - {*KEYS}):
+            raise TrialError(
+                f"has the unknown key {_shown(unknown[0])}; restore it, or install a version that "
+                "knows it"
+            )
         try:
             lattice = Lattice.of(data.pop("shape"), phases=data.pop("phases"))
             track = np.array(data.pop("track"), dtype=np.float64)
             if track.ndim != 2 or track.shape[1] != 3:
-                raise ValueError(f"has shape {track.shape}")
+                raise ValueError(f"track has the shape {track.shape}, not (n, 3)")
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
             raise TrialError(f"shape or track can't be read ({str(error)[:80]})") from None
-        design = _design(data.pop("design"), lattice)
+        if not isinstance(digits := data.pop("design"), str):
+            raise TrialError(f"design must be a text of its digits, got {_shown(digits)}")
+        design = _design(digits, lattice)
         made = cls(design=design, cycle=track[:, 0], position=track[:, 1:], **data)
-        if made.to_bytes() != content:
-            raise TrialError("is not as softvox trials writes it; write it anew, or restore it")
+        if made.digest != sha256(content).hexdigest():
+            if b"\r\n" in content:
+                raise TrialError(
+                    "has the line ends of Windows; put '*.json -text' into .gitattributes, and "
+                    "restore it"
+                )
+            raise TrialError("is not as softvox trials writes it; restore it, or write it anew")
         return made
 
     def to_bytes(self) -> bytes:
-        """Return the content of its file: JSON, a key per line and a point per line."""
-        facts = {name: _plain(getattr(self, name)) for name in _KEYS}
-        facts["design"] = self.design.digits
-        shape = {"shape": list(self.design.shape), "phases": self.design.lattice.phases}
-        lines = [f"{_json(k)}: {_json(v)}" for k, v in {**_HEAD, **shape, **facts}.items()]
+        """Return the content of its file: JSON, a key per line and a point per line.
+
+        What is not known is left out, so that a key that comes later changes no earlier file.
+        """
+        known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
+        lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
         points = np.column_stack([self.cycle, self.position]).tolist()
-        track = ",\n".join(_json([_plain(value) for value in point]) for point in points)
-        return ("{\n" + ",\n".join(lines) + ',\n"track": [\n' + track + "\n]\n}\n").encode()
+        track = _json([[_plain(value) for value in point] for point in points])
+        lines.append('"track": [\n' + track[1:-1].replace("], [", "],\n[") + "\n]")
+        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """All keys of its file but the track; what that leaves out is "", None or {} here."""
+        sides = [int(side) for side in self.design.shape]
+        own = {name: _plain(getattr(self, name)) for name in _KEYS}
+        lattice = {"shape": sides, "phases": int(self.design.lattice.phases)}
+        return {**_HEAD, **lattice, **own, "design": self.design.digits}
 
     @cached_property
     def digest(self) -> str:
@@ -207,10 +252,15 @@ class Trial:
         return sha256(self.to_bytes()).hexdigest()
 
     @property
+    def displacement(self) -> Array:
+        """Where the track ends, x, y in voxel widths from the start, shape (2,)."""
+        return np.asarray(self.position[-1] / self.voxel_cm)
+
+    @property
     def run(self) -> tuple[Any, ...]:
         """What no two trials share: two that have the same are the same run told twice."""
         return (
-            self.design,
+            *(self.design, self.robot),
             *(self.source, self.reality, self.surface, self.powder, self.pressure_kpa),
             *(self.frequency_hz, self.date, self.who, self.repetition),
         )
@@ -236,22 +286,30 @@ class Trial:
         return {"cycle": cycle, "position": position}
 
 
-_TEXTS = ("surface", "who", "license", "date", "source", "reality", "powder", "camera", "notes")
+_TEXTS = (
+    *("surface", "who", "license", "date", "source"),
+    *("reality", "robot", "powder", "camera", "notes"),
+)
 
 #: The largest that each number can be; none is 0 or less.
-_NUMBERS = {"pressure_kpa": 1000.0, "frequency_hz": 1000.0, "cycles": 1e6, "voxel_cm": 100.0}
+_NUMBERS = {"pressure_kpa": 1e3, "frequency_hz": 1e3, "cycles": _LARGEST, "voxel_cm": 100.0}
 
 _HEAD = {"format": FORMAT, "version": VERSION}
 
 #: Of the file, in its order, but for what says the format, the lattice and the track.
 _KEYS = tuple(one.name for one in fields(Trial) if one.name not in ("cycle", "position"))
 
+#: Of the file, in its order.
+KEYS = (*_HEAD, "shape", "phases", *_KEYS, "track")
+
+_NEEDED = {"shape", "phases", "design", "surface", "who", "license", "track"}
+
 
 def _design(design: Any, lattice: Lattice | None = None) -> Design:
     try:
         made = Design(design, shape=lattice)
-    except (TypeError, ValueError) as error:
-        raise TrialError(str(error)) from None
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise TrialError(str(error)[:300]) from None
     if not made.n_voxels:
         raise TrialError("design has no voxels, so no robot is one; give the one that was built")
     return made
@@ -261,9 +319,11 @@ def _array(name: str, values: ArrayLike, ndim: int) -> Array:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise TrialError(f"{name} must be numbers, got {str(values)[:40]}") from None
-    if array.ndim != ndim or not np.isfinite(array).all():
-        raise TrialError(f"{name} must be finite numbers of {ndim} dimensions")
+        raise TrialError(f"{name} must be numbers, got {_shown(values)}") from None
+    if array.ndim != ndim:
+        raise TrialError(f"{name} must be an array of {ndim} dimensions, got {array.ndim}")
+    if not (np.abs(array) <= _LARGEST).all():
+        raise TrialError(f"{name} must be finite numbers of at most a million; leave others out")
     array = np.round(array, PLACES[name]) + 0.0  # no negative zero
     array.flags.writeable = False
     return array
@@ -273,17 +333,25 @@ def _check_text(name: str, value: Any, *, is_needed: bool) -> None:
     if not isinstance(value, str) or len(value) > MOST_CHARACTERS or value != value.strip():
         raise TrialError(
             f"{name} must be a text of at most {MOST_CHARACTERS} characters, without space around "
-            f"it, got {str(value)[:40]!r}"
+            f"it, got {_shown(value)}"
         )
     if not value.isprintable():
-        raise TrialError(f"{name} must be printable and one line, got {value[:40]!r}")
+        raise TrialError(f"{name} must be printable and one line, got {_shown(value)}")
     if is_needed and not value:
-        raise TrialError(f"{name} is needed, and is empty")
+        raise TrialError(f"{name} is needed, and is empty; say it")
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise TrialError(f"{name} must be one of {', '.join(choices)}, got {value[:40]!r}")
+        raise TrialError(f"{name} must be one of {', '.join(choices)}, got {_shown(value)}")
+
+
+def _check_reality(name: str) -> None:
+    try:
+        if name != "published":
+            reality(name[:40])
+    except ValueError as error:
+        raise TrialError(f"reality of a simulated trial: {error}, and published") from None
 
 
 def _check_date(text: str) -> None:
@@ -292,35 +360,60 @@ def _check_date(text: str) -> None:
     except ValueError:
         is_date = False
     if not is_date:
-        raise TrialError(f"date must be written as 2026-11-27, got {text[:40]!r}")
+        raise TrialError(f"date must be written as 2026-11-27, got {_shown(text)}")
 
 
-def _number(name: str, value: Any, most: float) -> float:
-    is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not is_number or not (math.isfinite(value) and 0 < value <= most):
-        raise TrialError(f"{name} must be above 0 and at most {most:g}, got {str(value)[:40]}")
+def _number(name: str, value: Any, above: float, most: float) -> float:
+    value = value.item() if isinstance(value, np.generic) else value
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not is_number or not above < value <= most:
+        bounds = f"above {above:g} and at most {most:g}"
+        raise TrialError(f"{name} must be a number {bounds}, got {_shown(value)}")
     return float(value)
+
+
+def _repetition(value: Any) -> int:
+    try:
+        number = 0 if isinstance(value, bool) else as_index(value)
+    except TypeError:
+        number = 0
+    if not 1 <= number <= MOST_REPETITIONS:
+        raise TrialError(
+            f"repetition must be a whole number from 1 to {MOST_REPETITIONS}, got {_shown(value)}"
+        )
+    return number
 
 
 def _provenance(values: Any) -> dict[str, str | float]:
     if not isinstance(values, Mapping) or not set(values) <= set(PROVENANCE):
-        raise TrialError(f"provenance may say {', '.join(PROVENANCE)}, got {str(values)[:80]}")
+        raise TrialError(f"provenance may say {', '.join(PROVENANCE)}, got {_shown(values)}")
     made: dict[str, str | float] = {}
-    for name in PROVENANCE:
-        if name in ("cm_per_pixel", "x_axis_deg") and name in values:
-            value = values[name]
-            if not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise TrialError(f"provenance: {name} must be a number, got {str(value)[:40]}")
-            made[name] = float(value)
-        elif name in values:
-            _check_text(f"provenance: {name}", values[name], is_needed=False)
-            made[name] = values[name]
+    for name in (name for name in PROVENANCE if name in values):
+        value = values[name]
+        if name in PROVENANCE_NUMBERS:
+            made[name] = _number(f"provenance: {name}", value, *PROVENANCE_NUMBERS[name])
+        else:
+            _check_text(f"provenance: {name}", value, is_needed=True)
+            made[name] = value
+    if not re.fullmatch("[0-9a-f]{64}", str(made.get("sha256", "0" * 64))):
+        raise TrialError("provenance: sha256 must be 64 hexadecimal digits, as sha256sum prints")
     return made
+
+
+def _shown(value: Any) -> str:
+    """Return the beginning of a value as Python writes it, whatever it is."""
+    try:
+        text = repr(value[:40] if isinstance(value, str) else value)
+    except (ValueError, RecursionError):  # a number of thousands of digits, or lists in lists
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= 50 else f"{text[:47]}..."
 
 
 def _plain(value: Any) -> Any:
     """Return a number as an int where it is whole, so that it is written one way."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value
 
 
 def _json(value: Any) -> str:

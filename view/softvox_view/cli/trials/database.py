@@ -2,22 +2,68 @@
 
 from __future__ import annotations
 
+import json
+import math
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from softvox_gym.cli.terminal import bad_input
-from softvox_gym.trials.database import faults, merge, read
-from softvox_view.cli.trials.options import add_folders, add_into, folders_of
+from softvox_gym.cli.reality import plain
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.files import check_file, write_file
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
+from softvox_gym.missing import missing
+from softvox_gym.real_tracks import heading
+from softvox_gym.trials.database import check, merge
+from softvox_gym.trials.export import as_json_lines, as_parquet
+from softvox_gym.trials.trial import Trial
+from softvox_view.cli.trials.options import add_folders, add_into, folders_of, read_folders
+
+CHECK = """\
+Say all that is wrong in folders of trials, and between them, a line for each
+file: a name that is not the digest of the content, content that softvox trials
+would not write, two trials that describe the same run differently. A warning is
+what may be right: two runs with the same track, what an interrupted command
+left. The exit status is 1 where anything is wrong.
+"""
+
+MERGE = """\
+Copy the trials of some folders into another. Where two of them describe the
+same run differently, both files are named and nothing is written: give one of
+the trials another repetition, or take its file out. What is interrupted is
+completed by the same command.
+"""
+
+LIST = """\
+List trials: the beginning of the digest, the design, what was measured or in
+which reality it was simulated, on which surface and under which powder, how
+many cycles, at which frequency, how far the robot travelled (voxel widths) and
+where to (degrees from +x towards +y), which repetition, when, by whom, and the
+licence. --json has the full digests and all else that the files say, but for
+the tracks.
+"""
+
+EXPORT = """\
+Write trials into one file for other tools, the same bytes for the same trials:
+JSON Lines (.jsonl), an object per trial, or Parquet (.parquet, needs pyarrow),
+a row per trial, with its track as lists.
+"""
+
+#: By the ending of the file.
+FORMS = {".jsonl": as_json_lines, ".parquet": as_parquet}
+
+#: At most so many characters of a text are shown.
+WIDE = 20
 
 
 def add_parser(commands: Any) -> None:
     """Add the subcommands."""
     parser = commands.add_parser(
         "check",
-        help="find every fault of a folder",
-        description="Find every fault of folders of trials; the exit status is 1 where there is\n"
-        "one.\n",
+        help="say all that is wrong in a folder",
+        description=CHECK,
         usage="softvox trials check [DIR ...] [--shipped]",
     )
     add_folders(parser)
@@ -25,31 +71,149 @@ def add_parser(commands: Any) -> None:
 
     parser = commands.add_parser(
         "merge",
-        help="put folders together",
-        description="Copy the trials of folders into another. Trials that tell one run otherwise\n"
-        "are refused, before anything is written.\n",
+        help="copy trials into another folder",
+        description=MERGE,
         usage="softvox trials merge FROM ... [--into DIR]",
     )
     parser.add_argument("folders", type=Path, nargs="+", metavar="FROM", help="folders of trials")
     add_into(parser)
     parser.set_defaults(run=run_merge, parser=parser)
 
+    parser = commands.add_parser(
+        "list",
+        help="list trials",
+        description=LIST,
+        usage="softvox trials list [DIR ...] [options]",
+    )
+    add_folders(parser)
+    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
+    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
+    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
+    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.set_defaults(run=run_list, parser=parser)
+
+    parser = commands.add_parser(
+        "export",
+        help="write trials as Parquet or JSON Lines",
+        description=EXPORT,
+        usage="softvox trials export [DIR ...] --out FILE [options]",
+    )
+    add_folders(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help=f"ends in {' or '.join(FORMS)}",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an earlier one")
+    parser.set_defaults(run=run_export, parser=parser)
+
 
 def run_check(args: Namespace) -> int:
     """Print a line per fault, and how many trials there are."""
-    found: list[str] = []
     with bad_input():
-        for folder in folders_of(args):
-            found += faults(folder)
-        if not found:
-            print(f"{len(read(*folders_of(args)))} trials, no fault")
-    print("".join(f"{line}\n" for line in found), end="")
-    return int(bool(found))
+        trials, faults, doubts = check(*folders_of(args))
+    print(
+        "".join(f"{line}\n" for line in [*faults, *(f"warning: {line}" for line in doubts)]), end=""
+    )
+    print(f"{_counted(trials)}, {_number(len(faults), 'fault')}, {_number(len(doubts), 'warning')}")
+    return int(bool(faults))
 
 
 def run_merge(args: Namespace) -> int:
     """Copy what is new, and say how many."""
     with bad_input():
         added = merge(args.into, *args.folders)
-    print(f"{len(added.new)} trials added to {args.into}, {len(added.known)} were there")
+    known = f", {_number(len(added.known), 'known one')} left alone" if added.known else ""
+    print(f"{_number(len(added.new), 'trial')} copied into {args.into}{known}")
     return 0
+
+
+def run_list(args: Namespace) -> int:
+    """Print the table."""
+    every = read_folders(args)
+    trials = [trial for trial in every if _is_asked_for(trial, args)]
+    if args.json:
+        print(json.dumps([_record(trial) for trial in trials], indent=2, ensure_ascii=False))
+    elif trials:
+        print(table_of(trials).text())
+    else:
+        print(f"none of {_counted(every)}" if every else "no trials; softvox trials add adds some")
+    return 0
+
+
+def run_export(args: Namespace) -> int:
+    """Write the file."""
+    if args.out.suffix not in FORMS:
+        raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}; name it so")
+    with bad_input("--out"):
+        check_file(args.out, force=args.force)
+    trials = read_folders(args)
+    try:
+        content = FORMS[args.out.suffix](trials)
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing("--out FILE.parquet", error)) from error
+    with bad_input("--out"):
+        write_file(args.out, content, force=args.force)
+    print(f"wrote {args.out}: {_counted(trials)}")
+    return 0
+
+
+def table_of(trials: Sequence[Trial]) -> Section:
+    """Return what people see of trials."""
+    columns = (
+        *(Column("digest", "digest"), Column("design", "design"), Column("source", "source")),
+        *(Column("surface", "surface"), Column("powder", "powder")),
+        *(Column("cycles", "cycles", ".4g"), Column("frequency_hz", "Hz", ".4g")),
+        *(Column("distance", "distance", ".2f"), Column("heading", "heading", ".0f")),
+        *(Column("repetition", "rep."), Column("date", "date"), Column("who", "who")),
+        Column("license", "licence"),
+    )
+    rows = []
+    for trial in trials:
+        facts = _record(trial)
+        facts["digest"] = trial.digest[:8]
+        facts["source"] = trial.reality or "measured"
+        texts = {key: _short(value) for key, value in facts.items() if isinstance(value, str)}
+        rows.append(tuple((facts | texts)[column.key] for column in columns))
+    return Section(columns=columns, rows=rows, facts={"n": _counted(trials)}, sentence="{n}")
+
+
+def _record(trial: Trial) -> dict[str, Any]:
+    """Return what a trial's file says, but for the track, of which it has the end."""
+    return {
+        **{"digest": trial.digest, **trial.facts},
+        **{"design": _design(trial), "digits": trial.design.digits},
+        "distance": math.hypot(*trial.displacement),
+        "heading": plain(heading(trial.displacement)),
+    }
+
+
+def _design(trial: Trial) -> int | str:
+    """Return a design as people call it: its number, and on another lattice its digits."""
+    return trial.design.index if trial.design.lattice == Lattice() else trial.design.digits
+
+
+def _is_asked_for(trial: Trial, args: Namespace) -> bool:
+    return (
+        args.design in (None, str(_design(trial)), trial.design.digits)
+        and args.source in (None, trial.source)
+        and (args.surface or "").casefold() in trial.surface.casefold()
+        and (args.who or "").casefold() in trial.who.casefold()
+    )
+
+
+def _short(text: str) -> str | None:
+    return (text if len(text) <= WIDE else f"{text[: WIDE - 3]}...") or None
+
+
+def _counted(trials: Sequence[Trial]) -> str:
+    measured = sum(trial.source == "measured" for trial in trials)
+    kinds = f"{measured} measured, {len(trials) - measured} simulated"
+    return _number(len(trials), "trial") + (f" ({kinds})" if trials else "")
+
+
+def _number(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"

@@ -1,0 +1,69 @@
+"""Trials for the tools of others: JSON Lines, and Parquet; the same bytes for the same trials."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from softvox_gym.trials.trial import KEYS, PROVENANCE, PROVENANCE_NUMBERS, Trial
+
+#: What a point of a track is.
+TRACK = ("cycle", "x_cm", "y_cm")
+
+
+def facts_of(trial: Trial) -> dict[str, Any]:
+    """Return all that a trial's file says, with its digest before, the track last.
+
+    Examples
+    --------
+    >>> trial = Trial(design=6453, cycle=[0, 1], position=[[0, 0], [0.3, 0.1]], surface="acrylic",
+    ...               who="A. Person", date="2026-11-27", license="CC0-1.0")
+    >>> facts_of(trial)["track"]
+    [[0, 0, 0], [1, 0.3, 0.1]]
+    """
+    track = json.loads(trial.to_bytes())["track"]
+    return {"digest": trial.digest, **trial.facts, "track": track}
+
+
+def as_json_lines(trials: Iterable[Trial]) -> bytes:
+    """Return a line of JSON per trial, of `facts_of` it."""
+    lines = (json.dumps(facts_of(trial), ensure_ascii=False) for trial in trials)
+    return "".join(f"{line}\n" for line in lines).encode()
+
+
+def as_parquet(trials: Iterable[Trial]) -> bytes:
+    """Return a table with a row per trial.
+
+    Its columns are the keys of `facts_of`; in place of the track there are lists, cycle, x_cm and
+    y_cm, and provenance is a struct.
+
+    Raises
+    ------
+    ImportError
+        Where pyarrow is missing.
+    """
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    rows = []
+    for trial in trials:
+        row = facts_of(trial)
+        columns = zip(*row.pop("track"), strict=True)
+        rows.append({**row, **dict(zip(TRACK, map(list, columns), strict=True))})
+    number, whole = pa.float64(), pa.int32()
+    is_number = {name: name in PROVENANCE_NUMBERS for name in PROVENANCE}
+    provenance = [(name, number if is_number[name] else pa.string()) for name in PROVENANCE]
+    types = {
+        **dict.fromkeys(("version", "phases", "repetition"), whole),
+        **dict.fromkeys(("pressure_kpa", "frequency_hz", "cycles", "voxel_cm"), number),
+        **dict.fromkeys(TRACK, pa.list_(number)),
+        "shape": pa.list_(whole),
+        "provenance": pa.struct(provenance),
+    }
+    names = ["digest", *KEYS[:-1], *TRACK]
+    schema = pa.schema([(name, types.get(name, pa.string())) for name in names])
+    content = io.BytesIO()
+    parquet.write_table(pa.Table.from_pylist(rows, schema=schema), content, compression="zstd")
+    return content.getvalue()
