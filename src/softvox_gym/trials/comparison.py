@@ -378,7 +378,7 @@ def speed(track: RealTrack, cycles: float) -> float:
     The track lasts so many cycles of the robot, whatever its time is counted in.
     """
     whole = floor(cycles + 1e-9)
-    times = np.arange(whole + 1) * (float(track.cycle[-1]) / cycles)
+    times = np.linspace(0.0, float(track.cycle[-1]) * (whole / cycles), whole + 1)
     steps = np.diff(track_at(times, track.cycle, track.position), axis=0)
     return float(np.hypot(*steps.T).mean()) if whole else float("nan")
 
@@ -394,7 +394,7 @@ def _end(trial: Trial) -> float:
 def _order(trial: Trial) -> tuple[Any, ...]:
     design = trial.design
     run = trial.date, trial.who, trial.repetition, trial.digest
-    return str(_condition(trial)), design.lattice, design.lattice.phases, design.index, *run
+    return str(_condition(trial)), tuple(design.shape), design.lattice.phases, design.index, *run
 
 
 def _about(asked: tuple[float, float] | None) -> str:
@@ -496,9 +496,9 @@ def _summary(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         reason = "No SRCC: all designs go equally far."
     else:
         drawn = np.random.default_rng(SEED).integers(n, size=(RESAMPLES, n))
-        low, high = np.nanquantile(pearson(simulated[drawn], real[drawn]), TAILS)
-        values = pearson(simulated, real), low, high, kendall_tau(simulated, real)
-        srcc = dict(zip(srcc, map(float, values), strict=True))
+        band = np.nanquantile(pearson(simulated[drawn], real[drawn]), TAILS)
+        values = (pearson(simulated, real), *band, kendall_tau(simulated, real))
+        srcc = dict(zip(srcc, np.clip(values, -1, 1).tolist(), strict=True))  # rounding aside
         reason = (
             "SRCC {:.2f} ({:.2f} to {:.2f}), tau {:.2f}, ".format(*srcc.values())
             + f"over {n} designs."

@@ -241,7 +241,7 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     """Draw a page; a panel that needs more than half a side has a scale of its own."""
     rows = -(-len(panels) // ACROSS)
     is_compared = any(panel.real for panel in panels)
-    height = rows * ROW + FOOT + LEGEND
+    height = rows * ROW + FOOT + (2 if is_compared else 1) * LEGEND
     made = style.figure(style.WIDTH, height, layout="compressed")
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:

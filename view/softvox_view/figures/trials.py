@@ -27,7 +27,9 @@ MOST_TIMES = 3
 #: What a legend says of a condition, characters at most.
 WIDE = 60
 
-_BAR: dict[str, Any] = {"ls": "none", "ms": 4, "elinewidth": 0.7, "capsize": 1.5, "mew": 0.5}
+_BAR: dict[str, Any] = {"ls": "none", "mec": "white", "elinewidth": 0.7, "capsize": 1.5}
+_BAR |= {"ms": 4, "mew": 0.5}
+_DOT: dict[str, Any] = {"marker": "o", "color": COLOURS[0]}
 _SAME: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 1}
 _USUAL: dict[str, Any] = {"marker": "_", "color": style.INK, "mew": 1.4, "ms": 7, "ls": "none"}
 _LIMIT: dict[str, Any] = {"color": style.GREY, "lw": 0.6, "ls": (0, (4, 2)), "zorder": 1}
@@ -111,9 +113,13 @@ def draw_distances(comparison: Comparison) -> Figure:
     for i, (condition, facts) in enumerate(comparison.summary.items()):
         of = np.array([row.condition == condition for row in comparison.rows])
         found = "no SRCC" if facts["srcc"] is None else _srcc(facts)
-        looks = {"marker": MARKERS[i % len(MARKERS)], "color": COLOURS[i % len(COLOURS)]}
+        looks: dict[str, Any] = {
+            **_BAR,
+            "marker": MARKERS[i % len(MARKERS)],
+            "color": COLOURS[i % len(COLOURS)],
+        }
         label = f"{_named(comparison, i)}\n{found}"
-        axis.errorbar(*points[of].T, yerr=spread[of], label=label, mec="white", **looks, **_BAR)
+        axis.errorbar(*points[of].T, yerr=spread[of], label=label, **looks)
     axis.set(xlim=(0, end), ylim=(0, end), aspect="equal")
     axis.set_xlabel("distance simulated, voxel widths")
     axis.set_ylabel("distance real, voxel widths: mean of trials, standard deviation")
@@ -158,8 +164,7 @@ def draw_headings(comparison: Comparison) -> Figure:
         )
         for limit in (WITHIN, 90):
             axis.axhline(limit, **_LIMIT)
-        looks = {"marker": "o", "color": COLOURS[0], "mec": "white"}
-        axis.errorbar(places, values, yerr=spread, **looks, **_BAR)
+        axis.errorbar(places, values, yerr=spread, **_DOT, **_BAR)
         axis.plot(places, usual, **_USUAL)
         axis.set(xlim=(-0.6, max(most, 6) - 0.4), ylim=(-6, 192), yticks=range(0, 181, 45))
         names = [short(str(row.design.index)) for row in own]
@@ -168,7 +173,7 @@ def draw_headings(comparison: Comparison) -> Figure:
     made.supxlabel("design")
     made.supylabel("heading off, degrees")
     handles = [
-        style.line("from the simulated: mean of trials, standard deviation", **looks, ls="none"),
+        style.line("from the simulated: mean of trials, standard deviation", **_DOT, ls="none"),
         style.line("between two trials of a design, mean of pairs", **_USUAL),
     ]
     made.legend(handles=handles, loc="outside upper center", ncols=2)
