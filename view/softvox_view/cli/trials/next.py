@@ -33,11 +33,15 @@ that fit it disagree (--method eea), or where most is expected (--method ite).
 The first choice comes first, and every other one as if those before it had
 shown what is expected of them. None was measured, turned and mirrored ones
 included, and the kit can build them all. In an empty folder nothing was
-measured, and the simulator and the method's own models choose.
+measured, and the simulator or the method's own models choose.
+
+The trials have to be of one world, with one surface, powder, pressure and
+frequency; options choose among them. The simulator that they are held against
+is that of the physics options, over as many cycles as the shortest run has.
 
 eea simulates 40 models of all designs when it is first asked, which takes some
-minutes, and keeps them; --option size=8 has fewer. docs/transfer.md tells the
-methods and their options.
+minutes, and keeps them; --option size=8 has fewer. softvox transfer --list has
+the options of the methods.
 """
 
 
