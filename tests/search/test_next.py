@@ -118,7 +118,11 @@ def test_where_nothing_was_measured_the_prior_chooses_and_says_so():
     first = proposals(method="ite")[0]
     assert (first.design, first.why) == (6453, "the simulator's choice")
     assert first.reward == first.simulated == pytest.approx(landscape()["fitness"][6453])
-    assert proposals(method="eea", budget=1, **EEA)[0].why.startswith("models of the prior expect")
+    seen = []
+    options = {"progress": lambda *told: seen.append(told), **EEA}
+    made = proposals(method="eea", budget=1, **options)
+    assert made[0].why.startswith("models of the prior expect")
+    assert seen == [(i, 6) for i in range(6)]
 
 
 def test_gain_is_told_over_the_best_measured():
