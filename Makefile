@@ -13,7 +13,7 @@ C_FILES := $(filter %.c %.h,$(SOURCES))
 WARNINGS := -std=c11 -Wall -Wextra -Wshadow -Wstrict-prototypes -Werror -O1 \
 	-ffp-contract=off -fno-math-errno -Icsrc -Icsrc/include -c -o /dev/null
 
-.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wheels wasm table noise mechanisms realities phased step-error sdist clean
+.PHONY: landscape test test-lowest verify lint sanitize fuzz benchmark pictures figures docs wheels wasm table noise mechanisms realities trials phased step-error sdist clean
 
 landscape: $(VENV)/installed
 	$(BIN)/softvox landscape --out $(OUT)
@@ -151,6 +151,9 @@ mechanisms: $(VENV)/installed
 
 realities: $(VENV)/installed
 	$(BIN)/python tools/realities.py
+
+trials: $(VENV)/installed
+	$(BIN)/python tools/trials.py
 
 phased: $(VENV)/installed
 	$(BIN)/python tools/phased.py

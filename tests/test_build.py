@@ -137,7 +137,7 @@ def test_a_tube_does_not_leave_towards_another_voxel():
         (
             Design("23110000", shape=TWO_PHASES),
             "active neighbours of a slice share their air, and (0, 0, 0) - (1, 0, 0) differ in "
-            "phase; give them one, or put a passive voxel between them",
+            "phase; give them one phase, or put a passive voxel between them",
         ),
     ],
 )
@@ -147,6 +147,15 @@ def test_problems_say_why_it_cant_be_built(design, problem):
     assert made.steps == ()
     with pytest.raises(ValueError, match="can't be built"):
         bill([made])
+
+
+def test_of_many_faults_some_are_named():
+    checkered = np.indices((7, 7, 7)).sum(axis=0) % 2 + 1
+    problems = plan(Design(checkered)).problems
+    assert len(problems) == 7
+    assert problems[-1] == "57 more groups are buried"
+    scattered = plan(Design([1, 0] * 8, shape=(16, 1, 1))).problems[0]
+    assert "(10, 0, 0) and 2 more, that do not touch" in scattered
 
 
 def test_a_group_beside_a_closed_hollow_is_buried():

@@ -280,7 +280,7 @@ class _Body:
             yield "it has no voxels"
         if len(pieces) > 1:
             named = _some([self.named(one) for one in pieces], " | ")
-            shared = [f"share {what}, {self.pairs(own)}" for what, own in self._touching()]
+            shared = [f"share {what}, {self.pairs(p)}" for what, p in self._touching().items()]
             touch = f"{' and '.join(shared)}, but no face to bond" if shared else "do not touch"
             yield f"it is {len(pieces)} pieces, {named}, that {touch}"
         digits = self.digits
@@ -289,29 +289,26 @@ class _Body:
         if torn:
             yield (
                 f"active neighbours of a slice share their air, and {self.pairs(torn)} differ in "
-                "phase; give them one, or put a passive voxel between them"
+                "phase; give them one phase, or put a passive voxel between them"
             )
-        for group in groups:
-            if group.inlet is None:
-                yield (
-                    f"group {group.name} is buried: no face of {self.named(group.sites)} is on the "
-                    "surface, and its tube needs one; leave out a voxel beside it"
-                )
+        buried = [group for group in groups if group.inlet is None]
+        for group in buried[:MOST_NAMED]:
+            yield (
+                f"group {group.name} is buried: no face of {self.named(group.sites)} is on the "
+                "surface, and its tube needs one; leave out a voxel beside it"
+            )
+        if len(buried) > MOST_NAMED:
+            yield f"{len(buried) - MOST_NAMED} more groups are buried"
 
-    def _touching(self) -> Iterator[tuple[str, list[tuple[int, int]]]]:
-        """Yield what voxels of different pieces share, and which."""
+    def _touching(self) -> dict[str, list[tuple[int, int]]]:
+        """Return what voxels of different pieces share, and which these are."""
         piece_of = {site: i for i, one in enumerate(self.design.components) for site in one}
-        for differing, what in _SHARED.items():
-            found = [
-                (site, other)
-                for place, site in self.sites.items()
-                for way in _AROUND
-                if sum(map(abs, way)) == differing
-                and (other := self.sites.get(_moved(place, way), -1)) > site
-                and piece_of[other] != piece_of[site]
-            ]
-            if found:
-                yield what, found
+        found: dict[str, list[tuple[int, int]]] = {what: [] for what in _SHARED.values()}
+        for (place, site), way in product(self.sites.items(), _AROUND):
+            other = self.sites.get(_moved(place, way), -1)
+            if other > site and piece_of[other] != piece_of[site]:
+                found[_SHARED[sum(map(abs, way))]].append((site, other))
+        return {what: pairs for what, pairs in found.items() if pairs}
 
     def warnings(self) -> Iterator[str]:
         """Yield what needs care, but for inlets."""
@@ -329,7 +326,7 @@ class _Body:
                 f"nothing is below {self.named(over)}: support the overhang while the slices are "
                 "bonded"
             )
-        for z in self.levels:
+        for z in self.levels if self.design.is_connected else ():
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
                 first = z * flat.lattice.sites
@@ -388,7 +385,8 @@ class _Body:
 def _best(openings: Iterable[_Opening]) -> list[_Opening]:
     """Return those that are as good as any."""
     every = list(openings)
-    return [one for one in every if one[0] == min(every)[0]]
+    least = min(every)[0] if every else None
+    return [one for one in every if one[0] == least]
 
 
 def _why(rank: _Rank, votes: int, groups: int) -> str:
@@ -482,51 +480,33 @@ class Bill:
 
     def amounts(self) -> Section:
         """Return what the batch takes, for people and programs."""
-        return Section(
-            title="What it takes",
-            columns=(
-                Column("what", "it takes"),
-                Column("key"),
-                Column("amount", "amount", ",.7g"),
-                Column("unit", "unit"),
-            ),
-            rows=[
-                (_AMOUNTS[key][0], key, round(value, 1), _AMOUNTS[key][1])
-                for key, value in self.quantities.items()
-            ],
-        )
+        columns = Column("what", "it takes"), Column("key"), Column("amount", "amount", ",.7g")
+        rows = [
+            (_AMOUNTS[key][0], key, round(value, 1), _AMOUNTS[key][1])
+            for key, value in self.quantities.items()
+        ]
+        return Section(columns=(*columns, Column("unit", "unit")), rows=rows)
 
     def materials(self) -> Section:
         """Return the bill of materials, for people and programs."""
+        told = "no", "part", "section", "use", "scales_with"
+        titles = {"part": "part", "scales_with": "goes by"}
+        money = {"usd": "", "used_usd": "USD used", "bought_usd": "to buy"}
+        rows = [
+            (
+                *(getattr(line, name) for name in told),
+                *(float(line.share), line.packages, float(line.usd)),
+                *(round(float(n * line.usd), 2) for n in (line.share, line.packages)),
+            )
+            for line in self.lines
+        ]
         return Section(
-            title="Bill of materials",
-            columns=(
-                Column("part", "part"),
-                Column("no"),
-                Column("section"),
-                Column("use"),
-                Column("scales_with", "goes by"),
-                Column("share", "share", ".0%"),
-                Column("packages", "packs"),
-                Column("usd"),
-                Column("used_usd", "USD used", ".2f"),
-                Column("bought_usd", "to buy", ".2f"),
-            ),
-            rows=[
-                (
-                    line.part,
-                    line.no,
-                    line.section,
-                    line.use,
-                    line.scales_with,
-                    float(line.share),
-                    line.packages,
-                    float(line.usd),
-                    round(float(line.share * line.usd), 2),
-                    float(line.packages * line.usd),
-                )
-                for line in self.lines
+            columns=[
+                *(Column(name, titles.get(name, "")) for name in told),
+                *(Column("share", "share", ".0%"), Column("packages", "packs")),
+                *(Column(name, title, ".2f") for name, title in money.items()),
             ],
+            rows=rows,
             facts={"used_usd": self.used_usd, "total_usd": self.total_usd},
             sentence="{total_usd:,.2f} USD to buy, in whole packages; {used_usd:,.2f} USD where a "
             "package counts by the share that is used",

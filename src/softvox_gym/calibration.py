@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softvox_gym.design import Design
 from softvox_gym.engine import Progress
 from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Physics
 from softvox_gym.real_tracks import LITTLE, PER_CYCLE, RealTrack, track_at
@@ -169,10 +170,11 @@ def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]
     TypeError, ValueError
         For designs that are none, or diverge there.
     """
-    result = reality.simulate(designs, track=PER_CYCLE)
+    numbers = [Design(design).index for design in designs]  # a result's may be of finer voxels
+    result = reality.simulate(numbers, track=PER_CYCLE)
     assert result.track is not None
     if result.diverged.any():
-        lost = [result.design(i).index for i in np.flatnonzero(result.diverged).tolist()]
+        lost = [numbers[i] for i in np.flatnonzero(result.diverged).tolist()]
         raise ValueError(
             f"{len(lost)} of {len(result)} designs diverge in the reality {reality.name}: "
             f"{', '.join(map(str, lost[:9]))}; leave them out"
@@ -183,8 +185,8 @@ def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]
     tracks = result.track[..., :2] * scale
     tracks[:, -1] = result.displacement[:, :2] * scale
     return tuple(
-        RealTrack(result.design(i).index, reality.name, cycle, track)
-        for i, track in enumerate(tracks)
+        RealTrack(number, reality.name, cycle, track)
+        for number, track in zip(numbers, tracks, strict=True)
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,7 +58,7 @@ softvox build DESIGN ... [--copies N] [--out FILE] [options]
 #: What a sheet's file may be.
 FORMS = (".pdf", ".svg", ".html")
 
-#: Of those left out, so many are named.
+#: Of those left out, and of a group's voxels, so many are named.
 MOST_NAMED = 10
 
 
@@ -189,9 +189,7 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
         ],
     ).text()
     if left_out:
-        more = f" and {len(left_out) - MOST_NAMED} more" if len(left_out) > MOST_NAMED else ""
-        named = ", ".join(map(str, left_out[:MOST_NAMED]))
-        shown += f"\nleft out, as they can't be built (in several pieces): {named}{more}"
+        shown += f"\nleft out, as they can't be built (in several pieces): {_named(left_out)}"
     return designs, shown
 
 
@@ -235,14 +233,14 @@ def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
 def _as_text(one: Plan) -> Iterator[str]:
     """Yield what is said of a robot."""
     design = one.design
-    name = f"{design.index}  {design.digits}" if design.lattice == Lattice() else design.digits
+    digits = design.digits if len(design.digits) <= 40 else f"{design.digits[:37]}..."
+    name = f"{design.index}  {digits}" if design.lattice == Lattice() else digits
     yield (
         f"{name}  {design.n_active} pink (active), {design.n_voxels - design.n_active} blue or "
         f"yellow (passive); groups {len(one.groups)}, holes {len(one.holes)}"
     )
     for group in one.groups:
-        sites = ", ".join(str(design.lattice.place(site)) for site in group.sites)
-        yield f"  group {group.name}: {sites}"
+        yield f"  group {group.name}: {_named(map(design.lattice.place, group.sites))}"
         if inlet := group.inlet:
             place, way = design.lattice.place(inlet.site), TOWARDS[inlet.face]
             yield f"    inlet in {place} towards {way}: {inlet.why}"
@@ -250,6 +248,13 @@ def _as_text(one: Plan) -> Iterator[str]:
         yield f"  can't be built: {problem}"
     for warning in one.warnings:
         yield f"  take care: {warning}"
+
+
+def _named(things: Iterable[object]) -> str:
+    """Return a list of things that is cut where it gets long."""
+    words = [str(thing) for thing in things]
+    more = f" and {len(words) - MOST_NAMED} more" if len(words) > MOST_NAMED else ""
+    return ", ".join(words[:MOST_NAMED]) + more
 
 
 def _as_json(plans: Sequence[Plan], batch: Bill | None) -> str:
