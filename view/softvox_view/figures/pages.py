@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -12,10 +13,11 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike
@@ -46,7 +48,7 @@ style = partial(
 )
 
 #: Of a file of pages: without a date, and ids that don't change from run to run.
-_SVG: dict[Any, Any] = {"svg.hashsalt": "softvox", "svg.fonttype": "path"}
+_SVG: dict[Any, Any] = {"svg.hashsalt": "softvox"}
 _SVG_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 
 _HTML = """<!doctype html>
@@ -54,6 +56,7 @@ _HTML = """<!doctype html>
 <meta charset="utf-8">
 <title>{title}</title>
 <style>
+{fonts}
 @page {{ size: A4; margin: 0 }}
 body {{ margin: 0; background: #ddd }}
 svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background: white }}
@@ -196,8 +199,8 @@ class Column:
         """Write the pages' title, and who builds and when."""
         axis, top = self.room(0.36)
         axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
-        words = f"built by {24 * '_'}   date {12 * '_'}"
-        axis.text(self.right, top + 0.22, words, ha="right", va="baseline")
+        for right, words in ((1.2, f"built by {20 * '_'}"), (0, f"date {12 * '_'}")):
+            axis.text(self.right - right, top + 0.22, words, ha="right", va="baseline")
         rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
@@ -269,14 +272,30 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
         if form == "svg" and made:
             raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
         titles.append(str(page.get_label()))
-        made.append(_svg(page))
+        made.append(_svg(page, "path" if form == "svg" else "none"))
     if not made:
         raise ValueError("there is no page to write")
     if form == "svg":
         return made[0].encode()
-    title = titles[0] if len(made) == 1 else f"{titles[0]} and {len(made) - 1} more pages"
+    more = len(made) - 1
+    title = titles[0] + (f" and {more} more page{'s' * (more > 1)}" if more else "")
     inline = "\n".join(one[one.index("<svg") :] for one in made)
-    return _HTML.format(title=escape(title), pages=inline).encode()
+    fonts = "\n".join(_font(weight, inline) for weight in ("normal", "bold"))
+    return _HTML.format(title=escape(title), fonts=fonts, pages=inline).encode()
+
+
+def _font(weight: str, text: str) -> str:
+    """Return the style of a weight of the pages' font, with the glyphs of a text in it."""
+    path = findfont(FontProperties(weight=weight))
+    options = subset.Options(drop_tables=[*subset.Options().drop_tables, "FFTM"])
+    buffer, parts = io.BytesIO(), subset.Subsetter(options)
+    parts.populate(text=text)
+    with subset.load_font(path, options) as font:
+        parts.subset(font)
+        subset.save_font(font, buffer, options)
+    name, data = get_font(path).family_name, b64encode(buffer.getvalue()).decode()
+    source = f"url(data:font/ttf;base64,{data})"
+    return f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: {source} }}"
 
 
 def _pdf(pages: Iterable[Figure]) -> bytes:
@@ -291,9 +310,9 @@ def _pdf(pages: Iterable[Figure]) -> bytes:
     return buffer.getvalue()
 
 
-def _svg(page: Figure) -> str:
-    """Return a page as SVG."""
+def _svg(page: Figure, text: str) -> str:
+    """Return a page as SVG, with text as paths, or as text ("none")."""
     buffer = io.BytesIO()
-    with style(), matplotlib.rc_context(_SVG):
+    with style(), matplotlib.rc_context({**_SVG, "svg.fonttype": text}):
         page.savefig(buffer, format="svg", metadata=_SVG_METADATA)
     return buffer.getvalue().decode()

@@ -290,7 +290,7 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     column.gap(0.4 * LINE)
     cycles = float(Physics.published().cycles)
     told = f"simulated, {cycles:g} cycles", f"{facts.fitness * VOXEL_CM:.1f}", _heading(facts)
-    rows = [["", "distance, cm", "heading"], [*told]]
+    rows = [["", "travel, cm", "heading"], [*told]]
     column.table(at, *rows, *([f"run {run}", BLANK, BLANK] for run in "123"), gap=0.3)
     column.gap(0.7 * LINE)
     column.row((0, VOLUME))
