@@ -1,8 +1,8 @@
 """Draw the committed pictures anew that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: those of docs/figures.md, docs/trials-compare.md and the README,
-of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
-films of docs/environments/control.md and growth.md.
+Run by `make pictures`, after a change of how figures look: those of docs/figures.md and
+docs/trials-compare.md and the README, of baselines/*/report.md, with these pages, from the tables
+of the committed comparisons; and the films of docs/environments/control.md and growth.md.
 """
 
 import io
