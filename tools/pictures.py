@@ -1,12 +1,15 @@
 """Draw the committed pictures anew that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
-of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
-films of docs/environments/control.md and growth.md.
+Run by `make pictures`, after a change of how figures look: those of docs/figures.md and
+docs/trials-compare.md and the README, of baselines/*/report.md, with these pages, from the tables
+of the committed comparisons; and the films of docs/environments/control.md and growth.md.
 """
 
 import io
+from contextlib import chdir
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -17,11 +20,13 @@ from softvox_gym.design import buildable
 from softvox_gym.files import write_file
 from softvox_gym.landscapes.table import all_digits, phased_lattice
 from softvox_gym.rendering import Stage, Walk
+from softvox_gym.trials import compare
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
 from softvox_view.encode import film
-from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
+from softvox_view.figures import FIGURES, OF_RESULTS, Drawing, Inputs, files_of, make
 from softvox_view.figures import style as view_style
+from softvox_view.figures.trials import draw_comparison
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -69,6 +74,18 @@ def draw_phased() -> None:
         axis.set_xlim(left=0)
         axis.legend(frameon=False, loc="upper right")
         write_file(DOCS / "environments" / "phased.png", view_style.encoded(made), force=True)
+
+
+def draw_trials() -> None:
+    """Draw the figures of docs/trials-compare.md, of the trials that its program makes."""
+    program = (DOCS / "trials-compare.md").read_text().split("```python\n")[1].split("```")[0]
+    names: dict[str, Any] = {}
+    with TemporaryDirectory() as folder, chdir(folder):
+        exec(program, names)
+    for name, content in files_of(
+        Drawing(draw_comparison(compare(names["trials"]))), ["png"]
+    ).items():
+        write_file(DOCS / f"trials_{name}", smaller(content), force=True)
 
 
 def draw_growth() -> None:
@@ -124,6 +141,7 @@ def main() -> None:
     draw_control()
     draw_growth()
     draw_phased()
+    draw_trials()
     draw_baselines()
 
 

@@ -15,6 +15,7 @@ import pytest
         ("softvox_gym.envs.vector", 1),
         ("softvox_gym.envs.control", 2),
         ("softvox_gym.envs.growth", 2),
+        ("softvox_gym.trials.comparison", 1),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
         ("softvox_gym.trials.track_files", 1),

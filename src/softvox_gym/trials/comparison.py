@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import real_tracks
-from softvox_gym.design import Design
+from softvox_gym.design import Design, called
 from softvox_gym.landscapes.gap import pearson
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.section import Column, Section
@@ -157,7 +157,7 @@ class Row:
         end, *ends = (track.position[-1] for track in self.tracks)
         far = np.hypot(*np.transpose(ends))
         made = {
-            "design": self.design.index,
+            "design": called(self.design),
             "digits": self.design.digits,
             "lattice": str(self.design.lattice),
             **self.condition._asdict(),

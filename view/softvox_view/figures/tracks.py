@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from softvox_gym.design import Design
+from softvox_gym.design import Design, called
 from softvox_gym.landscapes import landscape
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import (
@@ -317,7 +317,7 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
     axis.grid(color="#E6E6E6", lw=0.5)
     axis.set_axisbelow(True)
     axis.locator_params(nbins=5)
-    axis.set_title(f"{panel.name}  {short(str(panel.design.index))}{panel.fitness}", loc="left")
+    axis.set_title(f"{panel.name}  {short(str(called(panel.design)))}{panel.fitness}", loc="left")
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
     # As many points of each track, however often it was looked at.

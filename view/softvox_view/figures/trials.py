@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from softvox_gym.design import called
 from softvox_gym.real_tracks import LITTLE, PER_CYCLE, WITHIN, short, track_at
 from softvox_gym.trials.comparison import MEANING, Comparison, Row
 from softvox_search.report.style import COLOURS, MARKERS
@@ -18,8 +19,9 @@ from softvox_view.figures.tracks import MOST_MORE, NAMES, Panel, half_side, page
 #: Designs whose numbers stand beside their distances, and those in a row of headings.
 NAMED, ACROSS = 16, 40
 
-#: Inches: of the square of distances, of a row of headings, and of what is around them.
-SIDE, ROW, FRAME = 3.4, 1.45, 0.6
+#: Inches: of the square of distances, of a row of headings, of what is around them, and of a
+#: condition in a legend.
+SIDE, ROW, FRAME, ENTRY = 3.4, 1.45, 0.6, 0.3
 
 #: By so much the tracks' scale may be coarser than the simulated ones need.
 MOST_TIMES = 3
@@ -102,36 +104,37 @@ def _panel(name: str, row: Row, mark: str) -> Panel:
 
 def draw_distances(comparison: Comparison) -> Figure:
     """Draw the real distance of every design against the simulated one."""
-    made = style.figure(SIDE + FRAME, SIDE + FRAME + 0.3 * len(comparison.conditions))
+    made = style.figure(SIDE + FRAME, SIDE + FRAME + ENTRY * (1 + len(comparison.conditions)))
     axis = made.subplots()
     records = [row.record() for row in comparison.rows]
     points = np.array([[one["distance_simulated"], one["distance_real"]] for one in records])
     spread = np.array([one["distance_real_spread"] for one in records], dtype=np.float64)
     bars = np.nan_to_num(spread)
     end = 1.08 * max(points[:, 0].max(), (points[:, 1] + bars).max(), LITTLE)
-    axis.plot((0, end), (0, end), label="as simulated", **_SAME)
+    start = -0.04 * end
+    axis.plot((start, end), (start, end), label="as simulated", **_SAME)
     for i, (condition, facts) in enumerate(comparison.summary.items()):
         of = np.array([row.condition == condition for row in comparison.rows])
         found = "no SRCC" if facts["srcc"] is None else _srcc(facts)
         looks: dict[str, Any] = {
             **_BAR,
-            "marker": MARKERS[i % len(MARKERS)],
+            "marker": MARKERS[(i + i // len(COLOURS)) % len(MARKERS)],
             "color": COLOURS[i % len(COLOURS)],
         }
         label = f"{_named(comparison, i)}\n{found}"
-        axis.errorbar(*points[of].T, yerr=spread[of], label=label, **looks)
-    axis.set(xlim=(0, end), ylim=(0, end), aspect="equal")
-    axis.set_xlabel("distance simulated, voxel widths")
-    axis.set_ylabel("distance real, voxel widths: mean of trials, standard deviation")
+        axis.errorbar(points[of, 0], points[of, 1], yerr=spread[of], label=label, **looks)
+    axis.set(xlim=(start, end), ylim=(start, end), box_aspect=1)
+    made.supxlabel("distance simulated, voxel widths")
+    made.supylabel("distance real, voxel widths: mean of trials, standard deviation")
     made.legend(loc="outside upper left", alignment="left")
     style.lay_out(made)
     if len(points) <= NAMED:
-        places = points / end
+        places = (points - start) / (end - start)
         boxes = np.hstack([places - 0.02, places + 0.02])
-        boxes[:, 1] -= bars / end
-        boxes[:, 3] += bars / end
+        boxes[:, 1] -= bars / (end - start)
+        boxes[:, 3] += bars / (end - start)
         same = np.repeat(np.linspace(0, 1, 100)[:, np.newaxis], 2, axis=1)
-        words = [short(str(row.design.index)) for row in comparison.rows]
+        words = [short(str(called(row.design))) for row in comparison.rows]
         labels.put(axis, list(zip(words, places, strict=True)), clear=boxes, lines=same)
     return made
 
@@ -167,7 +170,7 @@ def draw_headings(comparison: Comparison) -> Figure:
         axis.errorbar(places, values, yerr=spread, **_DOT, **_BAR)
         axis.plot(places, usual, **_USUAL)
         axis.set(xlim=(-0.6, max(most, 6) - 0.4), ylim=(-6, 192), yticks=range(0, 181, 45))
-        names = [short(str(row.design.index)) for row in own]
+        names = [short(str(called(row.design))) for row in own]
         axis.set_xticks(places, names, rotation=90 if most > 16 else 0)
         axis.set_title(_named(comparison, i), loc="left")
     made.supxlabel("design")

@@ -70,7 +70,12 @@ def run(args: Namespace) -> int:
         import_figures()
         with bad_input("--out"):
             check_folder(args.out, [TABLE, PAGE], force=args.force)
-    trials = chosen(args, read_folders(args))
+    every = read_folders(args)
+    trials = chosen(every, args)
+    if every and not trials:
+        raise BadInputError(
+            f"none of the {len(every)} trials is as the options say; softvox trials list shows all"
+        )
     with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="robots") as progress:
         made = compare(trials, world, cycles=args.cycles, threads=args.threads, progress=progress)
     if args.out is not None:
@@ -103,7 +108,7 @@ def as_dict(made: Comparison) -> dict[str, Any]:
         "cycles": made.about_cycles,
         "left_out": sorted(trial.digest for trial in made.left_out),
         "conditions": [
-            {**condition._asdict(), **section.facts, "designs": section.records()}
+            {**condition._asdict(), **section.facts, "rows": section.records()}
             for condition in made.conditions
             for section in [made.section(condition)]
         ],

@@ -168,12 +168,14 @@ def run(args: Namespace) -> int:
 
 def _worlds(args: Namespace) -> tuple[Physics, MeasuredReality | None]:
     """Return the simulator, and what was measured; None where nothing was."""
-    trials, physics = read_folders(args), physics_of(args)
-    if not trials:
+    there, physics = read_folders(args), physics_of(args)
+    if not there:
         return physics, None
+    if not (trials := chosen(there, args)):
+        raise BadInputError("no trial is of that kind; softvox trials list shows what there are")
     with bad_input():
         real, simulated = args.cycles or (None, None)
-        where = Reality.from_trials(chosen(args, trials), cycles=real)
+        where = Reality.from_trials(trials, cycles=real)
         simulated = simulated or where.cycles
         if abs(simulated - float(physics.cycles)) > 1e-3:  # else a landscape that ships
             physics = physics.lasting(simulated)

@@ -6,21 +6,10 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.terminal import bad_input
+from softvox_gym.design import called
 from softvox_gym.trials.database import read, shipped
 from softvox_gym.trials.trial import Trial
-
-#: Texts of a trial by which it may be chosen.
-FILTERS = {
-    "surface": "what the robot stood on",
-    "powder": "what lay on it; '' for nothing",
-    "source": "measured or simulated",
-    "simulated-in": "the reality that a simulated one is of",
-    "who": "who ran it",
-}
-
-#: Of the values that there are, an error names at most so many.
-SHOWN = 9
 
 #: Where trials are, unless something else is said; in the current folder.
 DEFAULT = Path("trials")
@@ -53,44 +42,27 @@ def add_into(parser: ArgumentParser) -> None:
 
 def add_filters(parser: ArgumentParser) -> None:
     """Add options that choose among the trials."""
-    group = parser.add_argument_group(
-        "which trials", "Each may be given several times, for trials that have one of the values."
-    )
-    group.add_argument("--design", action="append", metavar="N", help="number or digits")
-    for name, about in FILTERS.items():
-        group.add_argument(f"--{name}", action="append", metavar="TEXT", help=about)
+    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
+    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
+    parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
+    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
+    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
+    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
 
 
-def chosen(args: Namespace, trials: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Return the trials that the options of `add_filters` choose.
-
-    Raises
-    ------
-    BadInputError
-        Where none is left, naming what there is instead.
-    """
-    kept = tuple(trials)
-    if not kept:
-        raise BadInputError("the folders hold no trials; softvox trials add makes some")
-    for name in ("design", *FILTERS):
-        if wanted := vars(args)[name.replace("-", "_")]:
-            there = kept
-            kept = tuple(trial for trial in there if _values(trial, name) & {*wanted})
-            if not kept:
-                known = sorted({min(_values(trial, name)) for trial in there})
-                more = ", ..." if len(known) > SHOWN else ""
-                raise BadInputError(
-                    f"no trial has --{name} {' or '.join(map(repr, wanted))}; of those there are, "
-                    f"it is {', '.join(map(repr, known[:SHOWN]))}{more}"
-                )
-    return kept
-
-
-def _values(trial: Trial, name: str) -> set[str]:
-    """Return what may be given for a trial to be chosen."""
-    if name == "design":
-        return {str(trial.design.index), trial.design.digits}
-    return {trial.reality if name == "simulated-in" else getattr(trial, name)}
+def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
+    """Return the trials that the options of `add_filters` choose; all where none is given."""
+    return [
+        trial
+        for trial in trials
+        if args.design in (None, str(called(trial.design)), trial.design.digits)
+        and args.source in (None, trial.source)
+        and args.simulated_in in (None, trial.reality)
+        and all(
+            (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
+            for name in ("surface", "powder", "who")
+        )
+    ]
 
 
 def folders_of(args: Namespace) -> list[Path]:
