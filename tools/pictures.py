@@ -1,12 +1,15 @@
 """Draw the committed pictures anew that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
-of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
-films of docs/environments/control.md and growth.md.
+Run by `make pictures`, after a change of how figures look: those of docs/figures.md and
+docs/trials-compare.md and the README, of baselines/*/report.md, with these pages, from the tables
+of the committed comparisons; and the films of docs/environments/control.md and growth.md.
 """
 
 import io
+from contextlib import chdir
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -18,12 +21,14 @@ from softvox_gym.design import Design, buildable
 from softvox_gym.files import write_file
 from softvox_gym.landscapes.table import all_digits, phased_lattice
 from softvox_gym.rendering import Stage, Walk
+from softvox_gym.trials import compare
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
 from softvox_view.encode import film
-from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make, sheets
+from softvox_view.figures import FIGURES, OF_RESULTS, Drawing, Inputs, files_of, make, sheets
 from softvox_view.figures import style as view_style
 from softvox_view.figures.pages import style as sheet_style
+from softvox_view.figures.trials import draw_comparison
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -83,6 +88,18 @@ def draw_sheet() -> None:
         write_file(DOCS / "build_6453.png", smaller(view_style.encoded(page)), force=True)
 
 
+def draw_trials() -> None:
+    """Draw the figures of docs/trials-compare.md, of the trials that its program makes."""
+    program = (DOCS / "trials-compare.md").read_text().split("```python\n")[1].split("```")[0]
+    names: dict[str, Any] = {}
+    with TemporaryDirectory() as folder, chdir(folder):
+        exec(program, names)
+    for name, content in files_of(
+        Drawing(draw_comparison(compare(names["trials"]))), ["png"]
+    ).items():
+        write_file(DOCS / f"trials_{name}", smaller(content), force=True)
+
+
 def draw_growth() -> None:
     """Film the best design as it grows and walks, every third picture."""
     env = gym.make("SoftVoxGrow2x2x2-v0", render_mode="rgb_array_list")
@@ -137,6 +154,7 @@ def main() -> None:
     draw_control()
     draw_growth()
     draw_phased()
+    draw_trials()
     draw_baselines()
 
 
