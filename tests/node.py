@@ -16,7 +16,7 @@ ASSETS = files("softvox_view.explore").joinpath("assets")
 
 
 #: Of the page, those that a script can take from.
-MODULES = ("engine", "physics", "recording", "panels", "search", "versus")
+MODULES = ("engine", "physics", "recording", "panels", "search", "versus", "trials")
 
 
 def answer(folder, script, given):

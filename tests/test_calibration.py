@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softvox_gym import Calibration, Physics, calibrate, reality, simulate
+from softvox_gym import Calibration, Design, Physics, Reality, calibrate, reality, simulate
 from softvox_gym.calibration import AXES, grid_of, known_of, settings, tracks_of
 from softvox_gym.real_tracks import RealTrack
 
@@ -135,6 +135,12 @@ def test_the_best_point_has_most_headings_then_fewest_diverged_then_the_nearest_
     found = made([[wrong], [far], [near], [lost]], [[1, 0]], [[False], [False], [False], [True]])
     assert found.order.tolist() == [2, 1, 0, 3]
     assert repr(found) == "Calibration(4 points, 1 designs, best 1 of 1 headings)"
+
+
+def test_tracks_of_a_finer_resolution_are_those_of_the_designs_asked_for():
+    fine = Reality("fine", BRIEF, resolution=2, expansion="uniform")
+    tracks = tracks_of(fine, [6453, "22012210"])
+    assert [track.design for track in tracks] == [6453, Design("22012210").index]
 
 
 def test_points_where_designs_diverge_are_told_and_score_nothing():

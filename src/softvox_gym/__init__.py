@@ -16,6 +16,7 @@ from softvox_gym.realities import Reality, realities, reality
 from softvox_gym.simulation import Frames, Result, simulate
 from softvox_gym.step import step_error
 from softvox_gym.tasks import Task
+from softvox_gym.trials.measured import MeasuredReality
 
 __all__ = [
     "Calibration",
@@ -23,6 +24,7 @@ __all__ = [
     "Evaluation",
     "Frames",
     "Lattice",
+    "MeasuredReality",
     "Physics",
     "Reality",
     "Result",

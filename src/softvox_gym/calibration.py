@@ -18,22 +18,18 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softvox_gym.design import Design
 from softvox_gym.engine import Progress
 from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Physics
-from softvox_gym.real_tracks import LITTLE, RealTrack, track_at
+from softvox_gym.real_tracks import LITTLE, PER_CYCLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
+from softvox_gym.trials.measured import MeasuredReality, real_tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Degrees between two headings that count as the same.
-WITHIN = 45
-
 #: Simulations in one calibration; at some milliseconds each they take minutes.
 MOST_SIMULATIONS = 100_000
-
-#: Samples of a track per cycle of actuation.
-PER_CYCLE = 50
 
 #: Whoever builds and pumps a robot knows how far and how often; what the floor does, nobody does.
 KNOWN = ("strain", "frequency_hz", "actuation")
@@ -156,8 +152,12 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
 def known_of(reality: Reality) -> dict[str, Any]:
     """Return what is known of a reality without calibrating: how its robots are actuated.
 
-    Of voxels made of smaller ones that is the simulator's, as their strain means another thing.
+    Of voxels made of smaller ones that is the simulator's, as their strain means another thing. Of
+    what was measured it is the frequency, where the trials say it.
     """
+    if isinstance(reality, MeasuredReality):
+        frequency = reality.measured[0].frequency_hz  # the same in all
+        return {} if frequency is None else {"frequency_hz": frequency}
     physics = reality.physics if reality.resolution == 1 else reality.nominal
     return {name: getattr(physics, name) for name in KNOWN}
 
@@ -170,10 +170,11 @@ def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]
     TypeError, ValueError
         For designs that are none, or diverge there.
     """
-    result = reality.simulate(designs, track=PER_CYCLE)
+    numbers = [Design(design).index for design in designs]  # a result's may be of finer voxels
+    result = reality.simulate(numbers, track=PER_CYCLE)
     assert result.track is not None
     if result.diverged.any():
-        lost = [result.design(i).index for i in np.flatnonzero(result.diverged).tolist()]
+        lost = [numbers[i] for i in np.flatnonzero(result.diverged).tolist()]
         raise ValueError(
             f"{len(lost)} of {len(result)} designs diverge in the reality {reality.name}: "
             f"{', '.join(map(str, lost[:9]))}; leave them out"
@@ -184,8 +185,8 @@ def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]
     tracks = result.track[..., :2] * scale
     tracks[:, -1] = result.displacement[:, :2] * scale
     return tuple(
-        RealTrack(result.design(i).index, reality.name, cycle, track)
-        for i, track in enumerate(tracks)
+        RealTrack(number, reality.name, cycle, track)
+        for number, track in zip(numbers, tracks, strict=True)
     )
 
 
@@ -324,7 +325,7 @@ class Calibration:
 
 
 def calibrate(
-    tracks: Sequence[RealTrack],
+    tracks: Sequence[RealTrack] | MeasuredReality,
     grid: str | Mapping[str, ArrayLike | None] = "friction,shear",
     physics: PhysicsLike = "published",
     *,
@@ -335,9 +336,11 @@ def calibrate(
 
     Parameters
     ----------
-    tracks : sequence of RealTrack
-        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them. Every design
-        is looked at after the cycles of its shortest trial.
+    tracks : sequence of RealTrack, or MeasuredReality
+        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` or
+        `softvox_gym.trials.real_tracks` makes them; cm of robots whose voxels are as wide as those
+        of the physics. Every design is looked at after the cycles of its shortest trial; those of
+        `Reality.from_trials` after its cycles.
     grid : str or dict
         Axes by name, as `grid_of` reads them or with their values, None for the usual ones:
         friction (pairs of static and kinetic), shear (T*, the shear strength over a voxel's
@@ -373,6 +376,8 @@ def calibrate(
     """
     base = single_physics(physics)
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
+    if isinstance(tracks, MeasuredReality):
+        tracks = real_tracks(tracks.measured, edge_cm=base.edge * 100, cycles=tracks.cycles)
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

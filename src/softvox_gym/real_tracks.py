@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -16,13 +16,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym.design import written
+from softvox_gym.design import Design, written
 from softvox_gym.lattice import Lattice
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
 #: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
 MOST_CM = 100.0
+
+#: A larger file is not read: one of an hour's film has a tenth.
+MOST_BYTES = 2**27
 
 Array = NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -31,6 +34,12 @@ Point = tuple[float, float, float]
 #: Voxel widths, which are cm for the paper's voxel of 1 cm: what travels less has no heading to
 #: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
 LITTLE = 0.25
+
+#: Degrees between two headings that count as the same.
+WITHIN = 45
+
+#: Samples of a simulated track per cycle of actuation.
+PER_CYCLE = 50
 
 #: The table for people.
 HEAD = (
@@ -86,18 +95,19 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
     tracks: dict[tuple[int, str], list[Point]] = {}
     source: dict[tuple[int, str], Path] = {}
     for path in paths:
-        for where, (text, name, *numbers) in _records(path):
+        for line, record in records(path, content_of(path), _lack):
+            where = f"{path}, line {line}"
             try:
-                trial = _design(text), name
-                cycle, x, y = map(_number, COLUMNS[2:], numbers)
+                trial = design_in(record["design"], Lattice()).index, record["trial"]
+                cycle, x, y = (number_in(name, record[name]) for name in COLUMNS[2:])
             except ValueError as error:
                 raise CsvError(f"{where}: {error}") from None
             points = tracks.setdefault(trial, [])
             fault = _fault(points, (cycle, x, y), most_cycles)
             if source.setdefault(trial, path) != path:
                 fault = (
-                    f"design {trial[0]} has a trial {name!r} in {source[trial]} as well; give one "
-                    "of them another name, or leave one of the files out"
+                    f"design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as well; give "
+                    "one of them another name, or leave one of the files out"
                 )
             if fault:
                 raise CsvError(f"{where}: {fault}")
@@ -139,33 +149,65 @@ def _fault(before: list[Point], point: Point, most_cycles: float) -> str:
     return ""
 
 
-def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
-    """Yield where each record of a file begins, and its values in the order of `COLUMNS`."""
-    line = 1
+def _lack(names: list[str]) -> str:
+    """Return what a first line must name, where it doesn't."""
+    is_whole = all(names.count(name) == 1 for name in COLUMNS)
+    return "" if is_whole else f"each of the columns {','.join(COLUMNS)} once"
+
+
+def content_of(path: Path) -> bytes:
+    """Return what is in a file of tracks.
+
+    Raises
+    ------
+    CsvError
+        Where it can't be read, or is larger than any such file is.
+    """
     try:
         with path.open("rb") as file:
-            reader = csv.reader((part.decode("utf-8-sig") for part in file), strict=True)
-            names = [name.strip() for name in next(reader, [])]
-            if any(names.count(name) != 1 for name in COLUMNS):
-                raise CsvError(
-                    f"{path}, line 1: the first line must name each of the columns "
-                    f"{','.join(COLUMNS)} once, separated by commas, got {','.join(names)[:60]!r}"
-                )
-            line = reader.line_num + 1
-            for cells in reader:
-                where = f"{path}, line {line}"
-                if any(cell.strip() for cell in cells):
-                    if len(cells) != len(names):
-                        raise CsvError(
-                            f"{where}: {len(cells)} values, but the first line names {len(names)} "
-                            "columns; give one value for each, separated by commas"
-                        )
-                    yield where, [cells[names.index(name)].strip() for name in COLUMNS]
-                line = reader.line_num + 1
+            content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise CsvError(
             f"{path} can't be read ({error.strerror}); name a CSV file that can"
         ) from None
+    if len(content) > MOST_BYTES:
+        raise CsvError(f"{path} has more than {MOST_BYTES} bytes; leave points out of it")
+    return content
+
+
+def records(
+    path: Path, content: bytes, lack: Callable[[list[str]], str]
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the line on which each record of a CSV file begins, and its values by their columns.
+
+    `lack` is given the names in the first line, and returns what that must name where it doesn't.
+    """
+    lines = rows(path, content)
+    _, names = next(lines, (1, []))
+    if missing := lack(names):
+        raise CsvError(
+            f"{path}, line 1: the first line must name {missing}, separated by commas, got "
+            f"{','.join(names)[:60]!r}"
+        )
+    for line, cells in lines:
+        if any(cells):
+            if len(cells) != len(names):
+                raise CsvError(
+                    f"{path}, line {line}: {len(cells)} values, but the first line names "
+                    f"{len(names)} columns; give one value for each, separated by commas"
+                )
+            yield line, dict(zip(names, cells, strict=True))
+
+
+def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int, list[str]]]:
+    """Yield the line on which each row of a text begins, from 1, and its cells."""
+    text = (part.decode("utf-8-sig") for part in io.BytesIO(content))
+    reader = csv.reader(text, delimiter=delimiter, strict=True)
+    line = 1
+    try:
+        for cells in reader:
+            yield line, [cell.strip() for cell in cells]
+            line = reader.line_num + 1
     except UnicodeDecodeError:
         raise CsvError(
             f"{path}, line {line}: not text in UTF-8; save the file as CSV in UTF-8"
@@ -176,17 +218,19 @@ def _records(path: Path) -> Iterator[tuple[str, list[str]]]:
         ) from None
 
 
-def _design(text: str) -> int:
-    number = written(text, Lattice()).index
-    if number == 0:
+def design_in(text: str, lattice: Lattice) -> Design:
+    """Return the design that a file names, which has to have voxels; ValueError for another."""
+    design = written(text, lattice)
+    if not design.n_voxels:
         raise ValueError(
             f"design {text!r} has no voxels, so no real robot is one; give the design that was "
             "built"
         )
-    return number
+    return design
 
 
-def _number(name: str, text: str) -> float:
+def number_in(name: str, text: str) -> float:
+    """Return the finite number that a file has in a column; ValueError where it has none."""
     try:
         value = float(text.replace("_", "?"))
     except ValueError:

@@ -89,6 +89,9 @@ class Reality:
     #: `softvox_gym.landscape` of it, which is built on this module and puts itself here.
     landscape: ClassVar[Callable[[Reality], Any]]
 
+    #: `softvox_gym.trials.from_trials`, likewise: what was measured, as a reality.
+    from_trials: ClassVar[Callable[..., Any]]
+
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise TypeError(f"name must be a text, got {self.name!r}")

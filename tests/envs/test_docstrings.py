@@ -10,12 +10,17 @@ import pytest
     ("module", "examples"),
     [
         ("softvox_gym.envs.single", 1),
+        ("softvox_gym.trials.trial", 1),
+        ("softvox_gym.trials.export", 1),
         ("softvox_gym.envs.vector", 1),
         ("softvox_gym.envs.control", 2),
         ("softvox_gym.envs.growth", 2),
         ("softvox_gym.trials.comparison", 1),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
+        ("softvox_gym.trials.track_files", 1),
+        ("softvox_gym.design", 3),
+        ("softvox_gym.build", 2),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):

@@ -17,7 +17,7 @@ BASELINES = Path(__file__).parents[2] / "baselines"
 NAMES = ("noise_free", "noise", "transfer", "lattices", "phased")
 
 #: Every so many cells, of which one run is done again.
-CELLS_APART = {"noise_free": 1, "noise": 19, "transfer": 7, "lattices": 15, "phased": 1}
+CELLS_APART = {"noise_free": 1, "noise": 23, "transfer": 13, "lattices": 15, "phased": 1}
 
 #: Methods that simulate for long, or need what the tests don't.
 COSTLY = ("eea", "domain_randomisation", "simopt", "npe", "mfbo")

@@ -106,7 +106,7 @@ def test_killed_again_and_again_it_goes_on_and_the_result_is_the_same_bits(unint
     assert results(folder / "results") == uninterrupted
 
 
-MOMENTS = 95
+MOMENTS = 60
 
 #: Forks an experiment again and again, and kills it at random moments; begins a new folder when one
 #: is finished. After every kill the files in the folder must be whole.

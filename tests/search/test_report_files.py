@@ -1,6 +1,5 @@
 """The report as files: complete, the same bytes every time, and for the oddest experiments."""
 
-import os
 import re
 import subprocess
 import sys
@@ -29,11 +28,15 @@ def made_up_truth(monkeypatch):
     monkeypatch.setattr(softvox_gym, "noisy_landscape", noisy_landscape, raising=False)
 
 
-@pytest.fixture
-def quick_pictures(monkeypatch):
-    """Have figures laid out and not encoded; return the list of those drawn."""
+@pytest.fixture(autouse=True)
+def quick_pictures(request, monkeypatch):
+    """Have figures laid out and not encoded, which takes longest; return the list of those drawn.
+
+    Not where the test is marked as one that looks at the files of the pictures.
+    """
     drawn = []
-    monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
+    if not request.node.get_closest_marker("pictures"):
+        monkeypatch.setattr(style, "encoded", lambda made: drawn.append(made) or PNG)
     return drawn
 
 
@@ -55,6 +58,7 @@ def check_links(files):
     assert all(files[name].startswith(PNG) for name in shown)
 
 
+@pytest.mark.pictures
 def test_a_comparison_without_noise_has_all_its_parts(tmp_path):
     made = results(*random_runs(["random", "ga"], 6, 120), command="softvox compare this.toml")
     files = written(tmp_path, made)
@@ -167,6 +171,7 @@ def test_no_marker_is_cut_off_at_a_panels_sides(tmp_path, quick_pictures):
             assert at.max() + half <= axis.bbox.x1
 
 
+@pytest.mark.pictures
 def test_the_same_results_give_the_same_bytes(tmp_path):
     made = results(*random_runs(["random", "ga"], 3, 60, levels=(1.0,), policies=("naive",)))
     contents = []
@@ -176,6 +181,7 @@ def test_the_same_results_give_the_same_bytes(tmp_path):
     assert contents[0] == contents[1]
 
 
+@pytest.mark.pictures
 def test_a_picture_names_no_date_and_no_program(tmp_path):
     for name, content in written(tmp_path, results(*random_runs(["a"], 2, 10))).items():
         if name.endswith(".png"):
@@ -189,6 +195,7 @@ def test_a_report_is_replaced_by_the_next(tmp_path):
     assert first["report.md"] != second["report.md"]
 
 
+@pytest.mark.pictures
 def test_the_users_settings_of_matplotlib_neither_matter_nor_change(tmp_path):
     made = results(*random_runs(["a"], 2, 10))
     (tmp_path / "plain").mkdir()
@@ -214,7 +221,6 @@ def test_an_experiment_whose_runs_all_failed_says_so(tmp_path):
     assert "**2 failed and left out.**" in files["report.md"].decode()
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     made = results(run(0, "a", [0]), run(7, "b", [0], status="failed"))
     made.runs.loc[1, ["unique", "evaluations", "steps", "recommended", "believed"]] = np.nan
@@ -223,7 +229,6 @@ def test_failed_runs_are_counted_beside_finished_ones(tmp_path):
     assert "**1 failed and left out.**" in page
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
     runs = [*random_runs(["a"], 3, 120), *(run(9 + i, "tpe", range(i, 60)) for i in range(2))]
     made = results(*runs, budgets={"tpe": {"unique": 60}})
@@ -237,7 +242,6 @@ def test_a_searcher_with_a_smaller_budget_is_marked(tmp_path):
         assert longer == ["", ""]
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_a_searcher_that_ended_early_keeps_its_value_with_a_mark(tmp_path):
     runs = [run(0, "a", range(120)), run(1, "a", range(60)), run(2, "a", range(60))]
     page = written(tmp_path, results(*runs))["report.md"].decode()
@@ -320,7 +324,6 @@ def test_a_command_ends_no_block_of_code():
     assert text.fenced("a") == "```sh\na\n```"
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_a_comparison_on_several_problems_has_a_part_for_each_and_one_for_all(tmp_path):
     shapes = ((2, 2, 2), (3, 3, 3))
     runs = random_runs(["a", "b"], 3, 60, physics=("published", "other"), shapes=shapes)
@@ -349,38 +352,31 @@ def test_the_figures_can_be_drawn_from_the_files_of_the_tables(tmp_path):
     assert {f"figures/{name}.png" for name in drawn} == {n for n in names if n.endswith(".png")}
 
 
-@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "nonsense", ""])
-def test_no_backend_of_the_environment_is_needed(backend):
-    code = (
-        "import sys; sys.modules['matplotlib_inline'] = None\n"
-        "from softvox_search.report import style, figures\n"
-        "with style.style(): style.encoded(style.grid(1)[0])\n"
-        "import os, matplotlib\n"
-        "print(os.environ['MPLBACKEND'], 'matplotlib.pyplot' in sys.modules)"
+def test_no_backend_of_the_environment_is_needed_and_one_that_there_is_stays_the_users():
+    # What takes long to import is there already where each child loads matplotlib.
+    code = """
+import os, sys
+import numpy, pandas, scipy.stats
+sys.modules["matplotlib_inline"] = None
+for backend in ["module://matplotlib_inline.backend_inline", "nonsense", "", "svg"]:
+    if not (child := os.fork()):
+        os.environ["MPLBACKEND"] = backend
+        from softvox_search.report import style, figures
+        if backend == "svg":
+            import matplotlib
+            print(matplotlib.get_backend(), flush=True)
+        else:
+            with style.style():
+                style.encoded(style.grid(1)[0])
+            print(os.environ["MPLBACKEND"], "matplotlib.pyplot" in sys.modules, flush=True)
+        os._exit(0)
+    os.waitpid(child, 0)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == (
+        "module://matplotlib_inline.backend_inline False\nnonsense False\n False\nsvg\n",
+        "",
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "MPLBACKEND": backend},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.stdout, done.stderr) == (f"{backend} False\n", "")
-
-
-def test_a_backend_that_there_is_stays_the_users():
-    code = (
-        "from softvox_search.report import style\n"
-        "import matplotlib; print(matplotlib.get_backend())"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "MPLBACKEND": "svg"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == "svg\n"
 
 
 def test_the_report_is_light_to_import():
@@ -421,16 +417,18 @@ def texts_outside(figure):
     ]
 
 
-@pytest.mark.parametrize("searchers", [["ga"], ["a", "b", "c", "d", "e"]])
-def test_no_text_is_cut_off(tmp_path, quick_pictures, searchers):
-    axes = {"levels": (0.0, 1.0), "policies": ("naive", "all"), "shapes": ((2, 2, 2), (40, 1, 1))}
+@pytest.mark.parametrize(
+    ("searchers", "levels", "shapes"),
+    [(["ga"], (0.0, 1.0), ((2, 2, 2), (40, 1, 1))), (list("abcde"), (1.0,), ((2, 2, 2),))],
+)
+def test_no_text_is_cut_off(tmp_path, quick_pictures, searchers, levels, shapes):
+    axes = {"levels": levels, "policies": ("naive", "all"), "shapes": shapes}
     write(tmp_path, results(*random_runs(searchers, 2, 40, **axes)))
     assert len(quick_pictures) > 6
     with style.style():
         assert [texts_outside(figure) for figure in quick_pictures] == [[]] * len(quick_pictures)
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_a_comparison_on_larger_lattices_alone_is_reported(tmp_path):
     files = written(tmp_path, results(*random_runs(["a", "b"], 3, 40, shapes=((3, 3, 3),))))
     check_links(files)

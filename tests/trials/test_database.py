@@ -244,6 +244,22 @@ def test_killed_at_every_moment_it_loses_nothing_and_the_same_again_completes_it
     assert found == [0, 1, 2, 3]
 
 
+def test_stopped_it_says_that_what_is_written_is_kept(tmp_path, monkeypatch):
+    def write_one(path, content, *, force):
+        monkeypatch.setattr(database, "write_file", stop)
+        path.write_bytes(content)
+
+    def stop(path, content, *, force):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(database, "write_file", write_one)
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        database.add(tmp_path, ALL)
+    (note,) = stopped.value.__notes__
+    assert note == "the trials written so far are kept; the same command goes on"
+    assert database.read(tmp_path) == ALL[:1]
+
+
 def test_exported_it_says_all_and_in_the_same_bytes():
     lines = as_json_lines(ALL)
     assert lines == as_json_lines(database.Trial.from_bytes(trial.to_bytes()) for trial in ALL)

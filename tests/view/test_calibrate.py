@@ -1,8 +1,10 @@
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from pseudo_trials import trials_in
 from view.figure_labels import check_labels
 
 from softvox_gym.calibration import PER_CYCLE, calibrate, tracks_of
@@ -10,6 +12,7 @@ from softvox_gym.cli.parser import Parser
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.real_tracks import RealTrack
 from softvox_gym.realities import Reality
+from softvox_gym.trials import database
 from softvox_view.cli import calibrate as command
 from softvox_view.figures import style
 from softvox_view.figures.calibration import best_tracks, draw_calibration, draw_map
@@ -195,3 +198,36 @@ def test_a_figure_of_too_many_designs_is_refused(calibration):
     many = [RealTrack(i, "1", tracks[0].cycle, tracks[0].position) for i in range(1, 101)]
     with pytest.raises(ValueError, match="of 100 designs, and at most 99"):
         draw_calibration(calibrate(many, "strain=0.1"), many)
+
+
+def test_trials_are_looked_at_design_by_design_at_the_simulators_size(tmp_path, capsys):
+    long, short = trials_in("reversal", [6453, 573], frequency_hz=2.0, notes="simulated")
+    half = len(short.cycle) // 2
+    short = replace(short, cycle=short.cycle[:half], position=short.position[:half], cycles=None)
+    database.add(tmp_path, [long, short])
+    truth = ["--strain", "0.5", "--friction-static", "0", "--friction-kinetic", "0"]
+    softvox_calibrate("--trials", tmp_path, "--grid", "shear=0,0.5", *truth, "--json")
+    told = json.loads(capsys.readouterr().out)
+    assert told["known"] == {"frequency_hz": 2.0}
+    assert {row["design"]: row["cycles"] for row in told["designs"]} == {
+        6453: pytest.approx(15),
+        573: short.cycle[-1],
+    }
+    assert told["best"]["shear_ratio"] == 0.5
+    assert told["best"]["end_error_rms"] < 1e-3
+    softvox_calibrate("--trials", tmp_path, "--grid", "shear=0", "--frequency-hz", "4", "--json")
+    assert json.loads(capsys.readouterr().out)["known"] == {"frequency_hz": 4}
+
+
+def test_trials_that_can_not_be_calibrated_with_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        database.add(tmp_path / name, trials_in("reversal", [6453], surface=name))
+    for words, *options in (
+        ("--trials: there is no folder none", "--trials", "none"),
+        ("--trials: the trials differ in surface", "--trials", "one", "--trials", "two"),
+        ("give one of them", "--trials", "one", "--reality", "soft", "--designs", "17"),
+        ("--reality NAME and --designs .* belong together", "--trials", "one", "--designs", "17"),
+    ):
+        with pytest.raises(BadInputError, match=words):
+            softvox_calibrate(*options)

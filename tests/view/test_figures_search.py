@@ -11,6 +11,7 @@ from view.figure_labels import check_labels, texts_of
 
 from softvox_search import report
 from softvox_search.report import figures, tables
+from softvox_search.report import style as report_style
 from softvox_search.report.style import PRINT
 from softvox_search.report.style import style as project_style
 from softvox_view.figures import Inputs, files_of, make, style
@@ -19,9 +20,14 @@ NAMES = ("title", "command", "runs", "budgets", "problems", "evaluations", "is_o
 
 
 def in_a_folder(folder, made):
-    """Return results as if they were in a folder with its runs, their report written there."""
+    """Return results as if they were in a folder with its runs, their report written there.
+
+    Its pictures are left out: they take longest, and the tables are what is read.
+    """
     (folder / "runs").mkdir()
-    report.write(folder, made)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_style, "encoded", lambda figure: b"")
+        report.write(folder, made)
     return SimpleNamespace(**{name: getattr(made, name) for name in NAMES}, folder=folder)
 
 

@@ -7,20 +7,21 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym.cli.parser import number, whole_number
+from softvox_gym import MeasuredReality, Physics, Reality, reality
+from softvox_gym.cli.parser import cycles, number, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import write_file
-from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
-from softvox_gym.realities import Reality, reality
 from softvox_gym.tasks import HEADINGS, Task
+from softvox_gym.trials.database import read
 from softvox_search.cli.options import (
     check_output,
     name_in_files,
@@ -50,7 +51,16 @@ A method of your own, --method package.module:name, is a class with ask, or a
 function f(test, simulator, task, rng); docs/transfer.md has both. It is looked
 for among what is installed, on PYTHONPATH and in the current folder. What it
 prints goes to standard error.
+
+--trials DIR makes a reality of what was measured, the files of a folder of
+trials (softvox trials) of 2x2x2 designs under the same conditions. Designs that
+nobody measured can't be tested; where one is recommended, regret is unknown.
+Robots are looked at after as many cycles as the shortest run has, and simulated
+ones after 15, unless --cycles says something else.
 """
+
+#: The reality, where none is named.
+DEFAULT = "reversal"
 
 #: After so many tests the table tells, and after the last.
 TOLD = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
@@ -68,7 +78,8 @@ def add_parser(commands: Any) -> None:
         "transfer",
         help="try designs in a reality, and see what a method makes of it",
         description=DESCRIPTION,
-        usage="softvox transfer [--method NAME] [--reality NAME] [--tests N] [options]",
+        usage="softvox transfer [--method NAME] [--reality NAME | --trials DIR]\n"
+        "                        [--tests N] [options]",
     )
     options: dict[str, dict[str, Any]] = {
         "method": {
@@ -84,9 +95,19 @@ def add_parser(commands: Any) -> None:
             "help": "of the method, with a value as in TOML; may be given several times",
         },
         "reality": {
-            "default": "reversal",
             "metavar": "NAME",
-            "help": "a named one, or of a set, as public-0 (default: %(default)s)",
+            "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
+        },
+        "trials": {
+            "action": "append",
+            "type": Path,
+            "metavar": "DIR",
+            "help": "what was measured, in place of --reality; may be given several times",
+        },
+        "cycles": {
+            "type": cycles,
+            "metavar": "N",
+            "help": "of --trials: after how many cycles robots are looked at; N or REAL:SIMULATED",
         },
         "task": {
             "default": "directed",
@@ -101,9 +122,8 @@ def add_parser(commands: Any) -> None:
         },
         "tests": {
             "type": whole_number,
-            "default": 20,
             "metavar": "N",
-            "help": "in reality, per heading (default: %(default)s)",
+            "help": "in reality, per heading (default: 20, or all that were measured)",
         },
         "seed": {
             "type": not_negative,
@@ -167,9 +187,10 @@ def run(args: Namespace) -> int:
 
 
 def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
-    """Return the reality and the tasks; BadInputError for an option that can't be."""
-    with bad_input("--reality:"):
-        where = reality(args.reality)
+    """Return the reality and the tasks, and set the tests; BadInputError for what can't be."""
+    from softvox_search.transfer.run import number_of_tests
+
+    where = _where(args)
     with bad_input("--task:"):
         task = Task(args.task)
     tasks = [task]
@@ -178,13 +199,29 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
             tasks = [Task(args.task, args.heading)]
     elif task.heading is not None:
         tasks = [Task(args.task, heading) for heading in HEADINGS]
-    if args.tests > N_DESIGNS:
-        raise BadInputError(
-            f"--tests must be at most {N_DESIGNS}, the designs there are, got {args.tests}"
-        )
     with bad_input():
+        args.tests = number_of_tests(where, args.tests, name="--tests")
         finite("--noise", args.noise)
     return where, tasks
+
+
+def _where(args: Namespace) -> Reality:
+    """Return the reality that is meant."""
+    if args.trials is None:
+        if args.cycles is not None:
+            raise BadInputError("--cycles is of --trials; a reality of another kind has its own")
+        with bad_input("--reality:"):
+            return reality(DEFAULT if args.reality is None else args.reality)
+    if args.reality is not None:
+        raise BadInputError("--reality and --trials both say what is real; give one of them")
+    real, simulated = args.cycles or (None, None)
+    nominal = Physics.published()
+    # Its own cycles are 15 but for the last digits, and its landscape ships.
+    if simulated is not None and abs(simulated - float(nominal.cycles)) > 1e-3:
+        nominal = nominal.lasting(simulated)
+    with bad_input("--trials:"):
+        made: Reality = Reality.from_trials(read(*args.trials), nominal=nominal, cycles=real)
+        return made
 
 
 def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[TransferRun]:
@@ -232,11 +269,10 @@ def _picture() -> Callable[[Sequence[TransferRun], Reality], bytes]:
     except ImportError as error:
         needs = missing("the picture", error)
         raise BadInputError(f"{needs}; or give --no-picture") from error
-    from softvox_gym import landscape
-    from softvox_gym.landscapes.table import displacements
+    from softvox_search.transfer.run import truth
 
     def draw(runs: Sequence[TransferRun], where: Reality) -> bytes:
-        simulated, real = (displacements(landscape(one)) for one in (where.nominal, where))
+        simulated, real = truth(Reality.of(where.nominal)), truth(where)
         with style.style():
             return style.encoded(picture(runs, simulated, real))
 
@@ -249,7 +285,7 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
         {
             "heading": run.task.heading,
             **{
-                name: getattr(run, name).tolist()
+                name: [plain(value) for value in getattr(run, name).tolist()]
                 for name in ("tested", "rewards", "recommended", "regret", "class_regret")
             },
             **{name: plain(getattr(run, name)) for name in MEASURES},
@@ -267,16 +303,28 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
         "tests": args.tests,
         "seed": args.seed,
         "noise": args.noise,
-        "diverged": int(where.landscape()["diverged"].sum()),
+        **_lost_or_measured(where),
         "runs": rows,
         "mean": {
             **{
-                name: np.mean([row[name] for row in rows], axis=0).tolist()
+                name: [
+                    plain(value)
+                    for value in np.mean([getattr(run, name) for run in runs], axis=0).tolist()
+                ]
                 for name in ("regret", "class_regret")
             },
             **{name: float(np.mean(kept)) if kept else None for name, kept in known.items()},
         },
     }
+
+
+def _lost_or_measured(where: Reality) -> dict[str, Any]:
+    """Return how many designs diverge in a reality, or what is known of one that was measured."""
+    if not isinstance(where, MeasuredReality):
+        return {"diverged": int(where.landscape()["diverged"].sum())}
+    cycles = {"cycles": where.cycles, "simulated_cycles": float(where.nominal.cycles)}
+    known = {"about": where.about, "designs": where.designs.tolist(), **cycles}
+    return {"diverged": 0, "measured": known}
 
 
 def _text(facts: dict[str, Any]) -> str:
@@ -293,7 +341,7 @@ def _text(facts: dict[str, Any]) -> str:
     for tests in sorted({*(n for n in TOLD if n < facts["tests"]), facts["tests"]}):
         at = tests - 1
         designs = "".join(f"{row['recommended'][at]:>6}" for row in rows)
-        regrets = f"{mean['regret'][at]:>8.2f}{mean['class_regret'][at]:>14.2f}"
+        regrets = f"{_told(mean['regret'][at]):>8}{_told(mean['class_regret'][at]):>14}"
         lines.append(f"{tests:>6}{regrets}  {designs}")
     said = {
         "regret": f"a share of what the best is worth{average}",
@@ -307,6 +355,15 @@ def _text(facts: dict[str, Any]) -> str:
         else "no, its models don't vary all that differs",
         "simulations": ", ".join(str(row["simulations"]) for row in rows),
     }
+    if "measured" in facts:
+        known = facts["measured"]
+        said["measured"] = fill(known["about"], 65, subsequent_indent=" " * 15)
+        said["cycles"] = (
+            f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
+        )
+        said["specified"] = "nobody knows what differs"
+    if None in (*mean["regret"], *mean["class_regret"]):
+        said["unknown"] = "where nobody measured the design, or none that goes that way"
     if facts["diverged"]:
         said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]
@@ -315,6 +372,10 @@ def _text(facts: dict[str, Any]) -> str:
     if facts["picture"]:
         said["picture"] = facts["picture"]
     return "\n".join([*lines, "", *(f"{name:15}{text}" for name, text in said.items())])
+
+
+def _told(regret: float | None) -> str:
+    return "unknown" if regret is None else f"{regret:.2f}"
 
 
 def _both(before: float | None, after: float | None, form: str, unit: str = "") -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from softvox_search.protocol import SearcherError
 from softvox_search.transfer.function import FunctionMethod
-from softvox_search.transfer.protocol import Test, TransferMethod, design_of
+from softvox_search.transfer.protocol import Method, Test, TransferMethod, design_of
 
 
 class Guarded:
@@ -46,7 +46,7 @@ class Guarded:
                     f"was asked twice in a row; tell it first what the test of design {self._due}, "
                     "which it asked for, showed"
                 )
-            asked = self.method.ask()
+            asked = self.method.ask() if self._may_ask() else None
             self._due = None if asked is None else design_of(asked, "asked for")
         return self._due
 
@@ -123,6 +123,10 @@ class Guarded:
             with self._naming():
                 raise SearcherError("tested no design at all")
         return list(zip(shown, advice, strict=True))
+
+    def _may_ask(self) -> bool:
+        """Whether any design is left to a method that keeps its tests."""
+        return not isinstance(self.method, Method) or bool(self.method.untested().any())
 
     @contextmanager
     def _naming(self) -> Iterator[None]:

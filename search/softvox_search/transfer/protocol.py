@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym import Design, Task
-from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
+from softvox_gym.landscapes.table import LATTICE
 from softvox_gym.simulation import check_count
 from softvox_search.protocol import SearcherError
 from softvox_search.transfer.simulator import Simulator
@@ -94,7 +94,7 @@ class Method:
         self.task = task
         self.rng = rng
         self.tests: list[Test] = []
-        self._left = np.ones(N_DESIGNS, dtype=bool)
+        self._left = simulator.testable.copy()
         self._best: Test | None = None
 
     def tell(self, test: Test) -> None:
@@ -133,7 +133,7 @@ class Method:
         return self.simulator.landscape()[np.newaxis]
 
     def untested(self) -> NDArray[np.bool_]:
-        """Return which designs were not tested yet, shape (6561,)."""
+        """Return which designs can be tested and were not yet, shape (6561,)."""
         return self._left.copy()
 
 
@@ -175,11 +175,15 @@ def best_first(values: Array) -> NDArray[np.intp]:
     return np.argsort(-np.round(values, 9), kind="stable")
 
 
-def half_best(values: Array, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
+def half_best(
+    values: Array, n: int, rng: np.random.Generator, among: NDArray[np.bool_] | None = None
+) -> NDArray[np.intp]:
     """Return the numbers of n designs: half those of the largest values, half drawn of the others.
 
-    At most as many as there are.
+    At most as many as there are, among some or all.
     """
     order = best_first(values)
+    if among is not None:
+        order = order[among[order]]
     n = min(n, len(order))
     return np.concatenate([order[: n // 2], rng.permutation(order[n // 2 :])[: n - n // 2]])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import Reality, Task, landscape
+from softvox_gym import MeasuredReality, Reality, Task, landscape
 from softvox_gym.landscapes.gap import class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.table import N_DESIGNS, displacements
@@ -26,6 +26,9 @@ from softvox_search.transfer.registry import make
 from softvox_search.transfer.simulator import SimulationBudgetError, Simulator
 
 Array = NDArray[np.float64]
+
+#: In reality, where nobody says how many.
+TESTS = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,24 +49,29 @@ class TransferRun:
         After each test. A method that ended early stays with what it said last.
     regret : ndarray, shape (tests,)
         After each test: what is lost by building the design recommended, as a share of what the
-        best is worth; above 1 where it goes the wrong way.
+        best is worth; above 1 where it goes the wrong way. In a `MeasuredReality` that is the best
+        measured, and NaN where it recommends what nobody measured.
     class_regret : ndarray, shape (tests,)
-        The same where a robot may be turned or mirrored before it is let go.
+        The same where a robot may be turned or mirrored before it is let go; of what was measured,
+        NaN where of a robot's class nothing was.
     srcc_before, srcc_after : float
         Pearson's correlation of the reward expected and the real one over the best hundred expected
         (Kadian et al. 2020), of the nominal simulator and of the method at the end; NaN where it
         expects nothing.
     kendall_before, kendall_after : float
         Kendall's correlation over all designs, likewise.
+        Of a `MeasuredReality` these are over the designs measured and not tested, and NaN where
+        these are less than two.
     heading_error_before, heading_error : float
         Mean angle between the heading expected and the real one, degrees, over the designs that
         were not tested and travel more than 0.25 voxel widths in both; likewise.
     distance : float
         From the truth to the nearest model that the method holds: root mean square of the
-        difference in displacement, over that of the displacement itself, over all designs; NaN
-        where it holds none.
+        difference in displacement, over that of the displacement itself, over all designs, or all
+        measured; NaN where it holds none.
     is_specified : bool
-        Whether its models vary all in which the reality differs from the nominal simulator.
+        Whether its models vary all in which the reality differs from the nominal simulator; False
+        where nobody knows, as of a `MeasuredReality`.
     simulations : int
         Designs that the method simulated.
     """
@@ -94,7 +102,7 @@ def transfer(
     reality: str | Reality = "reversal",
     task: str | Task = "directed",
     heading: float | None = None,
-    tests: int = 20,
+    tests: int | None = None,
     seed: int = 0,
     measurement_noise: float = 0.0,
     simulations: int | None = None,
@@ -108,13 +116,15 @@ def transfer(
         One of `METHODS`, "package.module:name" for one's own, its class, or a function
         ``f(test, simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
     reality : str or softvox_gym.Reality
-        As `softvox_gym.reality` names it. The method does not learn which.
+        As `softvox_gym.reality` names it, or `Reality.from_trials` makes it of what was measured;
+        then designs that nobody measured can't be tested. The method does not learn which.
     task : str or softvox_gym.Task
     heading : float, optional
         Of the directed task, degrees; 0 where None. What is told of that task should be the mean
         over four, `softvox_gym.tasks.HEADINGS`.
-    tests : int
-        At most as many as there are designs.
+    tests : int, optional
+        At most as many as there are designs, or as were measured; 20 where None, or all of these
+        where they are fewer.
     seed : int
         Of all random numbers.
     measurement_noise : float
@@ -133,7 +143,7 @@ def transfer(
     TypeError, ValueError
         For what is none of these, naming it.
     softvox_search.SearcherError
-        Where the method breaks the protocol, naming it.
+        Where the method breaks the protocol, or asks for a design that nobody measured, naming it.
     SimulationBudgetError
         Where it simulates more than it may.
 
@@ -163,7 +173,7 @@ def prepared(
     reality: str | Reality = "reversal",
     task: str | Task = "directed",
     heading: float | None = None,
-    tests: int = 20,
+    tests: int | None = None,
     seed: int = 0,
     measurement_noise: float = 0.0,
     simulations: int | None = None,
@@ -172,20 +182,32 @@ def prepared(
 
     What is wrong with the arguments is raised here, and what the method does wrong there.
     """
-    check_count("tests", tests, least=1)
     check_count("seed", seed, least=0, most=2**64 - 1)
     sigma = not_negative("measurement_noise", measurement_noise)
-    if tests > N_DESIGNS:
-        raise ValueError(f"tests must be at most {N_DESIGNS}, the designs there are, got {tests}")
     where = reality_named(reality) if isinstance(reality, str) else reality
     if not isinstance(where, Reality):
         raise TypeError(f"reality must be a name or a softvox_gym.Reality, got {reality!r}")
+    number = number_of_tests(where, tests)
     what = Task.of(task, heading)
     of_method, of_noise = np.random.SeedSequence(seed).spawn(2)
-    simulator = Simulator(where.nominal, simulations)
+    testable = where.testable if isinstance(where, MeasuredReality) else None
+    simulator = Simulator(where.nominal, simulations, testable=testable)
     made = make(method, simulator, what, np.random.default_rng(of_method), **options)
     world = World(where, what, sigma, np.random.default_rng(of_noise))
-    return partial(_run, made, simulator, world, tests, seed)
+    return partial(_run, made, simulator, world, number, seed)
+
+
+def number_of_tests(reality: Reality, tests: int | None, *, name: str = "tests") -> int:
+    """Return how many tests are meant; raises as `transfer` does."""
+    most, which = N_DESIGNS, "the designs there are"
+    if isinstance(reality, MeasuredReality):
+        most, which = len(reality.designs), "the designs that were measured"
+    if tests is None:
+        return min(TESTS, most)
+    check_count(name, tests, least=1)
+    if tests > most:
+        raise ValueError(f"{name} must be at most {most}, {which}, got {tests}")
+    return tests
 
 
 class World:
@@ -213,7 +235,7 @@ class World:
         displacement: Array | None = None,
     ) -> None:
         self.reality, self.task = reality, task
-        self.displacement = _truth(reality) if displacement is None else displacement
+        self.displacement = truth(reality) if displacement is None else displacement
         self.rewards: Array = task.reward(self.displacement)
         self._sigma, self._rng = sigma, rng
 
@@ -223,15 +245,24 @@ class World:
         return self._sigma > 0
 
     def test(self, design: int, *, track: bool = False) -> Test:
-        """Try a design."""
+        """Try a design; SearcherError for one that nobody measured."""
+        measured = self.reality if isinstance(self.reality, MeasuredReality) else None
+        if measured is not None:
+            try:
+                measured.check_measured([design])
+            except ValueError as error:
+                raise SearcherError(f"asked for what can't be tested: {error}") from error
         moved = self.displacement[design].copy()
         if self._sigma:
             moved[:2] += self._sigma * self._rng.standard_normal(2)
         path: Array | None = None
         if track:
-            result = self.reality.simulate([design], track=SAMPLES, threads=1)
-            assert result.track is not None
-            path = np.nan_to_num(result.track[0])
+            if measured is not None:
+                path = measured.mean_track(design, SAMPLES)
+            else:
+                result = self.reality.simulate([design], track=SAMPLES, threads=1)
+                assert result.track is not None
+                path = np.nan_to_num(result.track[0])
             if self._sigma:  # or it would tell what the noise hides
                 path[1:, :2] += self._sigma * self._rng.standard_normal((len(path) - 1, 2))
                 path[-1] = moved
@@ -239,7 +270,10 @@ class World:
 
 
 @lru_cache(maxsize=64)
-def _truth(reality: Reality) -> Array:
+def truth(reality: Reality) -> Array:
+    """Return the displacement of every design, (6561, 3); NaN of those that nobody measured."""
+    if isinstance(reality, MeasuredReality):
+        return reality.displacement
     return displacements(landscape(reality))
 
 
@@ -259,10 +293,17 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
     expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
     models = _held(method, "models", (None, N_DESIGNS, 3))
     nominal = displacements(landscape(simulator.nominal))
-    left = np.ones(N_DESIGNS, dtype=bool)
+    left = simulator.testable.copy()
     left[tested] = False
-    before = _ranks_before(world.reality, world.task), _heading_off(nominal, world, left)
-    after = _ranks(expected, world.task, world.rewards), _heading_off(expected, world, left)
+    if isinstance(world.reality, MeasuredReality):
+        # Tests are a large part of what was measured, and no method has merit in knowing those.
+        ranks = [_ranks(one, world.task, world.rewards, left) for one in (nominal, expected)]
+    else:
+        ranks = [
+            _ranks_before(world.reality, world.task),
+            _ranks(expected, world.task, world.rewards),
+        ]
+    off = [_heading_off(one, world, left) for one in (nominal, expected)]
     return TransferRun(
         method=method.name,
         reality=world.reality.name,
@@ -273,12 +314,12 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
         recommended=recommended,
         regret=regret,
         class_regret=class_regret,
-        srcc_before=before[0][0],
-        srcc_after=after[0][0],
-        kendall_before=before[0][1],
-        kendall_after=after[0][1],
-        heading_error_before=before[1],
-        heading_error=after[1],
+        srcc_before=ranks[0][0],
+        srcc_after=ranks[1][0],
+        kendall_before=ranks[0][1],
+        kendall_after=ranks[1][1],
+        heading_error_before=off[0],
+        heading_error=off[1],
         distance=_distance(models, world.displacement),
         is_specified=is_specified(world.reality, getattr(method, "varied", frozenset())),
         simulations=simulations,
@@ -286,11 +327,18 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
 
 
 def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Return what is lost by designs, as shares of the best reward, and in class terms."""
-    best = rewards.max()
-    if best <= 0:
-        return np.zeros(len(recommended)), np.zeros(len(recommended))
-    return 1 - rewards[recommended] / best, 1 - class_best(rewards)[recommended] / best
+    """Return what is lost by designs, as shares of the best reward, and in class terms.
+
+    NaN of a design whose reward is, and in class terms where those of all its class are.
+    """
+    known = ~np.isnan(rewards)
+    best = rewards[known].max()
+    if best <= 0:  # a share of nothing: none of all designs is lost, and of a few nobody knows
+        made = np.full(len(recommended), 0.0 if known.all() else np.nan)
+        return made, made.copy()
+    of_class = class_best(np.where(known, rewards, -np.inf))
+    of_class[np.isneginf(of_class)] = np.nan
+    return 1 - rewards[recommended] / best, 1 - of_class[recommended] / best
 
 
 def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
@@ -339,14 +387,18 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
 def _ranks_before(reality: Reality, task: Task) -> tuple[float, float]:
     """Return how well the nominal simulator expects the rewards, the same for every method."""
     nominal = displacements(landscape(reality.nominal))
-    return _ranks(nominal, task, task.reward(_truth(reality)))
+    return _ranks(nominal, task, task.reward(truth(reality)))
 
 
-def _ranks(expected: Array | None, task: Task, rewards: Array) -> tuple[float, float]:
-    """Return how well rewards were expected: SRCC and Kendall's tau; NaN where nothing was."""
-    if expected is None:
+def _ranks(
+    expected: Array | None, task: Task, rewards: Array, among: NDArray[np.bool_] | None = None
+) -> tuple[float, float]:
+    """Return how well rewards of some or all were expected: SRCC and Kendall's tau, or NaN."""
+    if expected is None or (among is not None and among.sum() < 2):
         return np.nan, np.nan
     reward = expected if expected.ndim == 1 else task.reward(expected)
+    if among is not None:
+        reward, rewards = reward[among], rewards[among]
     return srcc(reward, rewards), kendall_tau(reward, rewards)
 
 
@@ -371,6 +423,9 @@ def heading_error(expected: Array, real: Array) -> float:
 def _distance(models: Array | None, truth: Array) -> float:
     if models is None or not len(models):
         return float("nan")
+    known = ~np.isnan(truth).any(axis=1)
+    if not known.all():
+        models, truth = models[:, known], truth[known]
     size = float(np.square(truth).sum())
     nearest = min(float(np.square(model - truth).sum()) for model in models)
     return float(np.sqrt(nearest / size)) if size > 0 else float("nan")

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 import softvox_gym
 from softvox_gym import Physics, noisy_landscape, simulate
@@ -34,17 +34,40 @@ class Simulator:
     simulations : int, optional
         As many designs may be simulated, whatever the physics; without end where None. What was
         simulated as part of a landscape before is not counted again.
+    testable : array_like of bool, shape (6561,), optional
+        Which designs can be tried in reality; all where None.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no number of simulations, or a mask of another shape or type, or of no design.
 
     Attributes
     ----------
     nominal : Physics
+    testable : ndarray of bool, shape (6561,)
+        Read-only.
     used : int
         How many designs were simulated.
     """
 
-    def __init__(self, nominal: Physics, simulations: int | None = None) -> None:
+    def __init__(
+        self,
+        nominal: Physics,
+        simulations: int | None = None,
+        *,
+        testable: ArrayLike | None = None,
+    ) -> None:
         if simulations is not None:
             check_count("simulations", simulations, least=0)
+        mask = np.array(np.ones(N_DESIGNS, dtype=bool) if testable is None else testable)
+        if mask.shape != (N_DESIGNS,) or mask.dtype != bool or not mask.any():
+            raise ValueError(
+                f"testable must be {N_DESIGNS} bools, some of them true, got {mask.dtype} of shape "
+                f"{mask.shape}"
+            )
+        mask.flags.writeable = False
+        self.testable: NDArray[np.bool_] = mask
         self.nominal = nominal
         self.used = 0
         self._most = simulations

@@ -64,6 +64,15 @@ def whole_number(text: str) -> int:
     return int(text)
 
 
+def cycles(text: str) -> tuple[float, float]:
+    """Read after how many cycles robots are looked at: N, or REAL:SIMULATED."""
+    parts = text.split(":")
+    real, simulated = (number(part) for part in (parts * 2)[:2])
+    if len(parts) > 2 or not (real > 0 and simulated > 0):
+        raise argparse.ArgumentTypeError(f"must be N or REAL:SIMULATED, above 0, got {text}")
+    return real, simulated
+
+
 def add_shape(parser: argparse.ArgumentParser) -> None:
     """Add --shape and --phases."""
     parser.add_argument(

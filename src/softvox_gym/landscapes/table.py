@@ -165,7 +165,8 @@ def landscape(physics: PhysicsLike | Reality = "published", *, phases: int = 1) 
     Raises
     ------
     TypeError, ValueError
-        As `Physics.of` does, for parameters that are arrays, or phases that are not from 1 to 4.
+        As `Physics.of` does, for parameters that are arrays, phases that are not from 1 to 4, or a
+        `MeasuredReality`, of which few designs are known.
 
     Examples
     --------

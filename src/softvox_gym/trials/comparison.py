@@ -17,12 +17,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import real_tracks
-from softvox_gym.calibration import PER_CYCLE, WITHIN
 from softvox_gym.design import Design, called
 from softvox_gym.landscapes.gap import pearson
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.section import Column, Section
-from softvox_gym.real_tracks import LITTLE, Compared, RealTrack, heading, track_at
+from softvox_gym.real_tracks import (
+    LITTLE,
+    PER_CYCLE,
+    WITHIN,
+    Compared,
+    RealTrack,
+    heading,
+    track_at,
+)
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.trials.trial import Trial
 

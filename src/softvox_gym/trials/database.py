@@ -135,8 +135,12 @@ def _add(folder: Path, places: Mapping[Trial, object]) -> Added:
     given = _sorted(places)
     new = tuple(trial for trial in given if trial not in held)
     folder.mkdir(exist_ok=True)
-    for trial in new:  # whoever writes the same file meanwhile writes the same bytes
-        write_file(folder / name_of(trial), trial.to_bytes(), force=True)
+    try:
+        for trial in new:  # whoever writes the same file meanwhile writes the same bytes
+            write_file(folder / name_of(trial), trial.to_bytes(), force=True)
+    except BaseException as stop:
+        stop.add_note("the trials written so far are kept; the same command goes on")
+        raise
     return Added(new, tuple(trial for trial in given if trial in held))
 
 

@@ -13,7 +13,6 @@ from typing import Any
 from softvox_gym.calibration import (
     AXES,
     KNOWN,
-    WITHIN,
     Calibration,
     calibrate,
     grid_of,
@@ -27,9 +26,12 @@ from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
+from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.real_tracks import LITTLE, RealTrack, heading, read_tracks
-from softvox_gym.realities import reality
+from softvox_gym.real_tracks import LITTLE, WITHIN, RealTrack, heading, read_tracks
+from softvox_gym.realities import Reality, reality
+from softvox_gym.trials import read, real_tracks
+from softvox_gym.trials.measured import MeasuredReality
 from softvox_view.cli.options import import_figures
 
 #: A real track may go on for so many.
@@ -41,7 +43,9 @@ SHOWN = 10
 DESCRIPTION = f"""\
 Find the physics under which designs move as real robots do: every design that
 has real tracks (--tracks, as softvox figures takes them) under every point of a
-grid. Or as designs move in a pseudo-reality (--reality, --designs), of which
+grid. Or the trials of a folder (--trials, see softvox trials) of 2x2x2 designs
+under the same conditions, of which the frequency is known where they say it. Or
+as designs move in a pseudo-reality (--reality, --designs), of which
 {", ".join(KNOWN[:-1])} and {KNOWN[-1]} are known, as whoever pumps a robot
 knows them, and nothing else.
 
@@ -68,6 +72,7 @@ def add_parser(commands: Any) -> None:
         help="find the physics that moves as real robots do",
         description=DESCRIPTION,
         usage="softvox calibrate --tracks FILE.csv [options]\n"
+        "       softvox calibrate --trials DIR [options]\n"
         "       softvox calibrate --reality NAME --designs N,N,... [options]",
     )
     parser.add_argument(
@@ -77,6 +82,14 @@ def add_parser(commands: Any) -> None:
         default=[],
         metavar="FILE.csv",
         help="tracks of real robots; may be given several times",
+    )
+    parser.add_argument(
+        "--trials",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="a folder of trials of real robots; may be given several times",
     )
     parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
     parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
@@ -100,10 +113,10 @@ def add_parser(commands: Any) -> None:
 
 def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write all files at once, then print."""
-    if bool(args.tracks) == (args.reality is not None):
+    if (bool(args.tracks), bool(args.trials), args.reality is not None).count(True) != 1:
         raise BadInputError(
-            "what is real is said by --tracks FILE.csv or by --reality NAME --designs N,N,...; "
-            "give one of them"
+            "what is real is said by --tracks FILE.csv, by --trials DIR, or by --reality NAME "
+            "--designs N,N,...; give one of them"
         )
     if (args.designs is None) == (args.reality is not None):
         raise BadInputError("--reality NAME and --designs N,N,... belong together; give both")
@@ -118,9 +131,10 @@ def run(args: Namespace) -> int:
         import_figures()
         with bad_input("--out"):
             check_folder(args.out, ["calibration.csv"], force=args.force)
-    known = _take_known(args)
+    where = _where(args)
+    known = _take_known(args, where)
     physics = physics_of(args)
-    tracks = _tracks(args)
+    tracks = _tracks(args, where, physics)
     with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="robots") as progress:
         made = calibrate(tracks, grid, physics, threads=args.threads, progress=progress)
     points, designs = points_of(made), designs_of(made)
@@ -144,25 +158,34 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _take_known(args: Namespace) -> dict[str, Any]:
-    """Put what is known of the reality where no option says something else, and return it."""
-    if args.reality is None:
-        return {}
+def _where(args: Namespace) -> Reality | None:
+    """Return the reality that is meant; None where tracks are."""
+    if args.trials:
+        with bad_input("--trials:"):
+            made: Reality = Reality.from_trials(read(*args.trials))
+            return made
     with bad_input("--reality:"):
-        known = known_of(reality(args.reality))
+        return None if args.reality is None else reality(args.reality)
+
+
+def _take_known(args: Namespace, where: Reality | None) -> dict[str, Any]:
+    """Put what is known of the reality where no option says something else, and return it."""
+    known = {} if where is None else known_of(where)
     for name, value in known.items():
         if vars(args)[name] is None:
             setattr(args, name, value)
     return {name: vars(args)[name] for name in known}
 
 
-def _tracks(args: Namespace) -> tuple[RealTrack, ...]:
-    if args.reality is None:
+def _tracks(args: Namespace, where: Reality | None, physics: Physics) -> tuple[RealTrack, ...]:
+    if isinstance(where, MeasuredReality):
+        return real_tracks(where.measured, edge_cm=float(physics.edge) * 100)
+    if where is None:
         with bad_input("--tracks"):
             return read_tracks(args.tracks, most_cycles=MOST_CYCLES)
     with bad_input("--designs:"):
         numbers = [written(text.strip(), Lattice()).index for text in args.designs.split(",")]
-        return tracks_of(reality(args.reality), list(dict.fromkeys(numbers)))
+        return tracks_of(where, list(dict.fromkeys(numbers)))
 
 
 def points_of(made: Calibration) -> Section:

@@ -9,8 +9,12 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
+from softvox_gym.cli.terminal import bad_input, complain
 from softvox_gym.files import check_file, write_file
+from softvox_gym.trials import Trial
+from softvox_gym.trials.database import read, shipped
 from softvox_view.cli.options import add_results, read_results
+from softvox_view.explore.trials import on_the_map
 
 DESCRIPTION = """\
 Show the landscape as a map in a browser: hover over a cell and see the robot,
@@ -44,6 +48,18 @@ def add_parser(commands: Any) -> None:
         help="to begin with, as 'design=6453&gravity=-1.62'",
     )
     add_results(parser, "whose searchers' paths can be laid over the map")
+    parser.add_argument(
+        "--trials",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="a folder of trials, whose tracks are drawn beside the simulated ones; may be given "
+        "several times",
+    )
+    parser.add_argument(
+        "--shipped", action="store_true", help="also the trials that ship with the package"
+    )
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -53,7 +69,7 @@ def run(args: Namespace) -> int:
 
     if args.out:
         check_file(args.out, force=args.force)
-    content = page(read_results(args.results)).encode()
+    content = page(read_results(args.results), trials_of(args)).encode()
     path = args.out or Path(mkdtemp(prefix="softvox-")) / "landscape.html"
     write_file(path, content, force=args.force)
     state = args.state.rpartition("#")[2]
@@ -62,3 +78,16 @@ def run(args: Namespace) -> int:
     if not args.out and not webbrowser.open(address):
         print("softvox: no browser could be opened; open the page in one", file=sys.stderr)
     return 0
+
+
+def trials_of(args: Namespace) -> tuple[Trial, ...]:
+    """Return the trials that the options name; of other lattices the map has no cells."""
+    folders = [*args.trials, *([shipped()] if args.shipped else [])]
+    with bad_input("--trials"):
+        trials = read(*folders)
+        shown = on_the_map(trials)
+        if folders and not shown:
+            raise ValueError(f"{folders[0]} has no trial of a 2x2x2 robot; name another folder")
+    if others := len(trials) - len(shown):
+        complain("warning", f"{others} of {len(trials)} trials are of other lattices, and left out")
+    return shown

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -23,12 +23,14 @@ from softvox_gym.physics import (
 )
 from softvox_view import replay
 from softvox_view.explore.paths import packed, recorded
+from softvox_view.explore.trials import told
 from softvox_view.replay.data import looks
 from softvox_view.replay.page import MODULES as PLAYER
 from softvox_view.replay.page import filled, in_script, joined, template
 from softvox_view.tessellation import SIDE, design_at
 
 if TYPE_CHECKING:
+    from softvox_gym.trials import Trial
     from softvox_search.experiment.results import Results
 
 #: Each imports those before it only.
@@ -37,17 +39,17 @@ MODULES = [
     for name in (
         *("physics", "engine", "recording", "simulator", "search"),
         *("world", "page", "colours", "robot", "panels", "zoom", "sheet", "map", "legend"),
-        *("curve", "paths", "controls", "versus", "finder", "story", "app"),
+        *("curve", "paths", "controls", "versus", "finder", "trials", "story", "app"),
     )
 ]
 
 
-def page(results: Mapping[str, Results] | None = None) -> str:
-    """Return the page as HTML, with the paths of recorded runs perhaps, by their folder's name."""
+def page(results: Mapping[str, Results] | None = None, trials: Sequence[Trial] = ()) -> str:
+    """Return the page as HTML, with recorded runs' paths, by their folder's name, and trials."""
     texts = [*(_asset(name, "replay") for name in PLAYER), *map(_asset, MODULES)]
     parts = {
         "style": replay.style() + _asset("app.css"),
-        "data": in_script(_data(results or {})),
+        "data": in_script({**_data(results or {}), "trials": told(trials)}),
         "script": joined(texts),
     }
     return filled(_asset("index.html"), parts)

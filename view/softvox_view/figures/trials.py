@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from softvox_gym.calibration import PER_CYCLE, WITHIN
 from softvox_gym.design import called
-from softvox_gym.real_tracks import LITTLE, short, track_at
+from softvox_gym.real_tracks import LITTLE, PER_CYCLE, WITHIN, short, track_at
 from softvox_gym.trials.comparison import MEANING, Comparison, Row
 from softvox_search.report.style import COLOURS, MARKERS
 from softvox_view.figures import labels, style

@@ -104,7 +104,8 @@ class Ite(Method):
         Of the kernel: length, standard deviation; variance of a test; standard deviations of the
         upper confidence bound.
     stop : float, optional
-        End as soon as the best tested reaches this share of the best expected; never where None.
+        End as soon as the best tested reaches this share of the best expected of those that can be
+        tested; never where None.
 
     Notes
     -----
@@ -156,7 +157,7 @@ class Ite(Method):
         process = self.process
         if self._stop is not None and self.tests:
             seen = max(test.reward for test in self.tests) / self._unit
-            if seen >= self._stop * float(process.mean.max()):
+            if seen >= self._stop * float(process.mean[self.simulator.testable].max()):
                 return None
         return first_best(process.mean + self._exploration * process.deviation, self.untested())
 
@@ -219,7 +220,8 @@ class GpUcb(Method):
     def ask(self) -> int:
         """Return the largest upper confidence bound of those not tested; at first draw one."""
         if self.process is None:
-            return int(self.rng.integers(N_DESIGNS))
+            left = np.flatnonzero(self.untested())
+            return int(left[self.rng.integers(len(left))])
         bound = self.process.mean + self._exploration * self.process.deviation
         return first_best(bound, self.untested())
 

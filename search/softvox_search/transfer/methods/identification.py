@@ -22,9 +22,10 @@ Array = NDArray[np.float64]
 class Identification(Method):
     """Fits after some of the tests, and judges candidates by the mean over the fitted models.
 
-    Candidates are the half that the nominal simulator likes best, and others that are drawn. The
-    next test, and what it builds, is the best of them in expectation; what was tested counts as it
-    was seen. Before the first fit that is the simulator's order. A subclass has `fit`.
+    Candidates are designs that can be tested: the half that the nominal simulator likes best, and
+    others that are drawn. The next test, and what it builds, is the best of them in expectation;
+    what was tested counts as it was seen. Before the first fit that is the simulator's order. A
+    subclass has `fit`.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ class Identification(Method):
         self.varied = CLASSES[check_class(models)]
         self._class, self._fit_at = models, after_tests("fit_at", fit_at)
         moved = simulator.landscape()
-        self._candidates = half_best(task.reward(moved), candidates, rng)
+        self._candidates = half_best(task.reward(moved), candidates, rng, self.untested())
         self._expected = moved[self._candidates]
 
     def fit(self) -> Array:

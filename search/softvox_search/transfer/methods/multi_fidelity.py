@@ -35,8 +35,8 @@ class Mfbo(Method):
     Parameters
     ----------
     simulated, candidates : int
-        Designs whose simulation it learns from, and designs that it may test: each half those that
-        the simulator likes best, half drawn of the others.
+        Designs whose simulation it learns from, and designs that it may test, of those that can be:
+        each half those that the simulator likes best, half drawn of the others.
     learn_at : list of int
         After so many tests.
     noise : float
@@ -77,7 +77,7 @@ class Mfbo(Method):
         said = task.reward(simulator.landscape())
         self._unit = max(float(said.max()), 1e-9)
         shown = half_best(said, simulated, rng)
-        self._candidates = np.sort(half_best(said, candidates, rng))
+        self._candidates = np.sort(half_best(said, candidates, rng, self.untested()))
         self._x, self._y = _at(shown, SIMULATED), said[shown] / self._unit
         self._learnt: Any = None  # the parameters, as of the last ask
 

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Random(Method):
-    """Tests designs drawn uniformly of those not tested yet; builds the best tested."""
+    """Tests designs drawn of those that can be and were not yet; builds the best tested."""
 
     def ask(self) -> int:
         """Draw a design."""

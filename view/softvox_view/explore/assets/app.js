@@ -14,12 +14,13 @@ import { together } from "./recording.js";
 import { designOf, digitsOf, drawRobot, editor, pictureOfRobots } from "./robot.js";
 import { Simulator } from "./simulator.js";
 import { story } from "./story.js";
+import { NO_TRIALS, trackOf, Trials } from "./trials.js";
 import { kendall, scatter } from "./versus.js";
 import { valuesOf, World } from "./world.js";
 import { MapWindow } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
-const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH };
+const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH, ...NO_TRIALS };
 const PATH = Object.keys(NO_PATH); // which searcher's path is shown
 const SECOND = "b."; // begins the names of the second world's parameters
 const MAPS = ["map", "map-b"];
@@ -54,6 +55,7 @@ find("player").hidden = !find("lacking").hidden;
 globalThis.softvox = {
   simulate: (designs, physics, options) => simulator.simulate(designs, physics, options),
   landscape: (physics, options) => simulator.landscape(physics, options),
+  trials: async (design, name) => trials.runsOf(designOf(design), name),
 };
 
 let seen = { ...DEFAULTS, parameters: {}, versus: null }; // versus: of the second world, or none
@@ -82,6 +84,12 @@ const legend = new Legend((changes) => {
 });
 const showOnMaps = (what) => maps.forEach((map) => map.show(what));
 const paths = new Paths(results, atlas.fitness, showOnMaps, (fields) => record(fields, true));
+const trials = new Trials(given.trials, (fields) => {
+  record(fields, true);
+  showTrials();
+  paint();
+  showLeaders();
+});
 const showScatter = scatter(find("scatter"), choose, (design) => pointAt(design, "scatter"));
 
 // The address: only what differs from the defaults
@@ -116,6 +124,7 @@ function record(changes, isStep) {
 function show() {
   const asked = read();
   const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text), ...scaleChecks };
+  checks.trials = (text) => trials.check(text);
   say("");
   for (const [name, check] of Object.entries(checks)) {
     try {
@@ -129,7 +138,7 @@ function show() {
     complain(new Refused(`there is no filter ${name} ${asked[name]}`));
     asked[name] = FILTERS[name];
   }
-  seen = { ...seen, map: asked.map, ...scaleOf(asked), ...filtersOf(asked), ...pathOf(asked) };
+  seen = { ...seen, map: asked.map, trials: asked.trials, whole: asked.whole, ...scaleOf(asked), ...filtersOf(asked), ...pathOf(asked) };
   find("kind").value = seen.map;
   controls.parameters = asked.parameters;
   paths.show(pathOf(asked), false);
@@ -242,7 +251,7 @@ function paint() {
     ["dx", "dy", "fitness", "noise"].map((name) => [name, rows.flatMap((row) => row[name] ?? [])]),
   );
   const made = legend.show(seen, joined(all.map(() => atlas)), joined(all.map(({ world }) => world.values)), isDraft);
-  seenPasses = passing(seen, atlas, here.values);
+  seenPasses = passing(seen, { ...atlas, tried: trials.marked(seen.trials).designs }, here.values);
   all.forEach(({ world: { values }, name }, k) => {
     const first = k * atlas.fitness.length;
     maps[k].paint({
@@ -271,7 +280,9 @@ function pointAt(design, from) {
   pointed = design;
   drawRobot(find("hover-robot"), digitsOf(design));
   const second = worlds().slice(1).map(({ name, world }) => `${name}: ${inBrief(design, world.values)}`);
-  find("hover-text").textContent = [inShort(design, atlas, here.values), ...second].join("; ");
+  const runs = trials.chosen(seen.trials)?.designs[design]?.length;
+  const tried = runs ? [`trials: ${runs}`] : [];
+  find("hover-text").textContent = [inShort(design, atlas, here.values), ...second, ...tried].join("; ");
 }
 
 const marks = () => ({ A: seen.design, B: seen.compare });
@@ -307,7 +318,7 @@ async function showRobots(physics) {
     const wishes = physics.map((one) => simulator.recording(designs.map(Number), one));
     const made = await latest("recording", Promise.all(wishes));
     const recording = together(made.map((one) => one.recording), names);
-    shown = { state, names, recording, moved: made.map(({ moved }) => moved) };
+    shown = { state, names, recording, made, moved: made.map(({ moved }) => moved) };
   } catch (error) {
     complain(error);
     return;
@@ -318,6 +329,7 @@ async function showRobots(physics) {
   if (isFirst) player.autoplay();
   find("robot-panel").dataset.designs = designs.join(" ");
   showFacts();
+  showTrials();
   settle();
 }
 
@@ -331,6 +343,19 @@ function showFacts() {
     }),
   );
   fillFacts(find("facts"), columns, atlas);
+}
+
+/** Mark what was tried on the map, and hold the robots that are shown against their trials. */
+function showTrials() {
+  showOnMaps({ tried: trials.marked(seen.trials) });
+  const { made = [], names = [], recording } = shown ?? {};
+  const designs = recording ? made[0].recording.robots.map(({ design }) => design) : [];
+  trials.show(seen, designs.map((design, i) => ({
+    design,
+    simulated: made.map(({ recording: own, moved }, k) => {
+      return { name: names[k], points: trackOf(own.robots[i], own, moved.subarray(3 * i)) };
+    }),
+  })));
 }
 
 /** Which robot the next click changes, "design" or "compare". */
@@ -389,7 +414,8 @@ const actions = {
   "save-csv click": () => keep(csvOf(atlas, here.values), `${nameOf("landscape")}.csv`),
   async "save-png click"() {
     const words = Object.fromEntries(["low", "unit", "high"].map((id) => [id, find(id).textContent]));
-    const picture = await pictureOf(maps[0].picture(), find("scale"), words, wordsOf(seen.parameters));
+    const pins = [trials.chosen(seen.trials)].filter(Boolean).map(({ name }) => `pins: ${name}`);
+    const picture = await pictureOf(maps[0].picture(), find("scale"), words, [wordsOf(seen.parameters), ...pins].join("; "));
     keep(picture, `${nameOf(`landscape-${seen.map}`)}.png`);
   },
   async "save-replay click"() {

@@ -5,18 +5,19 @@ import { element, find } from "./page.js";
 import { digitsOf, drawRobot } from "./robot.js";
 
 /** Filters as the address has them; "" lets all pass. */
-export const FILTERS = { voxels: "", active: "", towards: "", robust: "", each: "" };
+export const FILTERS = { voxels: "", active: "", towards: "", robust: "", each: "", tried: "" };
 const SECTOR = 22.5; // degrees to both sides of a heading
 const PAGE = 12; // robots
 
 /** Return which designs pass, a row of true and false. */
-export function passing(filters, { counts, noise, fitness: published }, { dx, dy, fitness }) {
+export function passing(filters, { counts, noise, fitness: published, tried }, { dx, dy, fitness }) {
   const { voxels, active, towards, robust } = filters;
   const turn = (i) => Math.abs(((heading(dx[i], dy[i]) - towards + 540) % 360) - 180);
   return fitness.map((value, i) => {
     const [there, pumped] = counts[i];
     if (voxels && there !== Number(voxels)) return false;
     if (active && pumped !== Number(active)) return false;
+    if (filters.tried && tried.length && !tried.includes(i)) return false;
     if (towards && !(value > 0 && turn(i) <= SECTOR)) return false;
     return !robust || (published[i] > 0 && noise[i] / published[i] >= Number(robust));
   });

@@ -2,7 +2,7 @@
 
 import { evaluationColour } from "./colours.js";
 import { digitsOf, paintRobot } from "./robot.js";
-import { MARKERS, Sheet } from "./sheet.js";
+import { MARKERS, PIN, Sheet } from "./sheet.js";
 import { gestures, MapWindow } from "./zoom.js";
 
 const JUMP = 9; // cells, with Shift: the side of a square two levels deep
@@ -22,7 +22,7 @@ const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
  * paint({colour, grid, arrows, top}) colours the cells: colour(design) is [r, g, b], or null to
  * cross it out; arrows {dx, dy}, to be drawn, and top, designs to outline, may be absent.
  * show(what) shows over the colours: marks {letter: design}; best {from, to}, where the best went,
- * or null; paths [{designs, best, colour}] and upto, of how many evaluations.
+ * or null; paths [{designs, best, colour}] and upto, of how many evaluations; tried {designs, colour}.
  */
 export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   const pixels = new OffscreenCanvas(side, side);
@@ -34,7 +34,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   let [sheet, ratio, width] = [null, 1, canvas.width]; // width in CSS pixels
   let painted = { diverged: [], grid: "#fff", arrows: () => [], top: [] };
   let cursor = null; // [column, row]
-  let shown = { marks: {}, best: null, paths: [], upto: 0 };
+  let shown = { marks: {}, best: null, paths: [], upto: 0, tried: { designs: [] } };
 
   const centre = (design) => sheet.at(middleOf(design));
   const hasRobots = () => sheet.cell >= ROBOT_CELL && seen.span <= MOST_ROBOTS;
@@ -139,6 +139,12 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     sheet.write("◆", ...line.at(-1), 20);
   }
 
+  function drawTried({ designs, colour }) {
+    const off = hasRobots() ? [0.3, -0.1] : [0, 0]; // robots are not to be hidden
+    const places = designs.map((design) => middleOf(design).map((k, axis) => k + off[axis]));
+    for (const place of places.filter((one) => sheet.has(one))) sheet.polygon(PIN, sheet.at(place), 4.5, colour);
+  }
+
   function drawBest({ from, to }) {
     if (from !== to) {
       sheet.chain([centre(from), centre(to)]);
@@ -176,6 +182,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     });
     drawRobots();
     drawArrows();
+    drawTried(shown.tried);
     shown.paths.forEach(drawPath);
     if (shown.best) drawBest(shown.best);
     Object.entries(shown.marks).forEach(drawMark);

@@ -8,6 +8,9 @@ export const MARKERS = [
   [[-0.5, -1.2], [0.5, -1.2], [1.2, 0], [0.5, 1.2], [-0.5, 1.2], [-1.2, 0]],
 ];
 
+/** A pin, which points at [0, 0]. */
+export const PIN = [[0, 0], [-1.1, -1.4], [-1.1, -2.5], [1.1, -2.5], [1.1, -1.4]];
+
 /** Draws what a window shows into a square; lengths are CSS pixels, places are cells. */
 export class Sheet {
   constructor(pen, width, seen) {

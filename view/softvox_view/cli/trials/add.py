@@ -1,0 +1,178 @@
+"""softvox trials add: files of tracks into the folder of trials."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from softvox_gym.cli.parser import add_shape, number, whole_number
+from softvox_gym.cli.reality import plain
+from softvox_gym.cli.simulate import design_of
+from softvox_gym.cli.terminal import bad_input
+from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
+from softvox_gym.real_tracks import heading
+from softvox_gym.trials.database import add, name_of, read
+from softvox_gym.trials.track_files import KINDS, Film, Found, read_track_files
+from softvox_gym.trials.trial import LICENSES, VOXEL_CM
+from softvox_view.cli.trials.options import add_into
+
+DESCRIPTION = """\
+Read tracks of robots from files, and keep each as a trial. Three kinds of file
+are known by what is in them (docs/trials.md):
+  csv          t_s or cycle, and x_cm,y_cm or x_px,y_px; design and trial, which
+               is the repetition, where one file holds several
+  tracker      Tracker's File > Export > Data File, with t, x and y
+  deeplabcut   DeepLabCut's CSV of an analysed video; needs --fps
+
+Nothing is written unless everything is good. The same command once more
+completes what was interrupted.
+"""
+
+EXAMPLE = """\
+example:
+  softvox trials add film.csv --design 6453 --fps 60 --scale 10/437 \\
+    --picture 1920x1080 --x-axis 90 --start 1.5 --frequency-hz 0.5 \\
+    --surface acrylic --powder cornstarch --pressure-kpa 6 \\
+    --who "A. Person" --date 2026-11-27 --license CC-BY-4.0
+"""
+
+#: Options, what they hold, as which type, and what that is: facts of a `Trial`, then of a `Film`.
+RUN = (
+    ("--surface", "TEXT", str, "what the robot stood on"),
+    ("--who", "TEXT", str, "who ran it"),
+    ("--date", "DATE", str, "of the run, as 2026-11-27; not of a simulated one"),
+    ("--robot", "TEXT", str, "which one, where several of a design were built"),
+    ("--powder", "TEXT", str, "what lay on the surface"),
+    ("--pressure-kpa", "X", number, "of the pump"),
+    ("--frequency-hz", "X", number, "of actuation; needed where a file counts seconds or frames"),
+    ("--cycles", "X", number, "of actuation (default: those of the track)"),
+    ("--voxel-cm", "X", number, f"edge of a voxel at rest (default: {VOXEL_CM:g}, simulated: 1)"),
+    ("--camera", "TEXT", str, "the camera, and where it stood"),
+    ("--notes", "TEXT", str, "anything else"),
+    ("--reality", "NAME", str, "of tracks that are simulated: the world they are from"),
+)
+FILM = (
+    ("--scale", "L", str, "CM/PIXELS, a reference length as 10/437; Tracker: also cm, mm, m"),
+    (
+        "--x-axis",
+        "DEG",
+        number,
+        "where the robot's +x axis points at the start, counter-clockwise "
+        "from the picture's right (default: 0)",
+    ),
+    ("--start", "S", number, "when the pump starts (default: on the first line)"),
+    ("--fps", "X", number, "frames per second, of DeepLabCut's files"),
+    ("--point", "NAME", str, "the body part, or Tracker's track, where there are several"),
+    ("--likelihood", "X", number, "DeepLabCut's points below are left out (default: 0.9)"),
+)
+
+#: Where an option isn't called as the field of `Film` is.
+FIELDS = {"format": "kind", "x_axis": "x_axis_deg", "start": "start_s"}
+
+
+def add_parser(commands: Any) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "add",
+        help="read tracks of robots from files",
+        description=DESCRIPTION,
+        epilog=EXAMPLE,
+        usage="softvox trials add FILE ... --surface TEXT --who TEXT --date DATE\n"
+        "                          --license NAME [options]",
+    )
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE")
+    add_into(parser)
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be added")
+    group = parser.add_argument_group("the run")
+    group.add_argument("--design", metavar="N", help="a number, digits or a file")
+    add_shape(group)
+    group.add_argument(
+        "--repetition",
+        type=whole_number,
+        metavar="N",
+        help="of the first file's track; further ones are numbered on (default: 1)",
+    )
+    group.add_argument("--license", required=True, choices=LICENSES, help="of the data")
+    for name, holds, kind, text in RUN:
+        is_needed = name in ("--surface", "--who")
+        group.add_argument(name, type=kind, metavar=holds, required=is_needed, help=text)
+    group = parser.add_argument_group("the film")
+    group.add_argument("--format", choices=KINDS, help="of the files (default: by their content)")
+    group.add_argument(
+        "--picture", type=_size, metavar="WxH", help="pixels, which no point may leave"
+    )
+    group.add_argument(
+        "--y", choices=("up", "down"), help="where y grows (default: down in pixels, else up)"
+    )
+    for name, holds, kind, text in FILM:
+        group.add_argument(name, type=kind, metavar=holds, help=text)
+    group.add_argument(
+        "--allow-jumps", action="store_true", help="take tracks that no robot could have made"
+    )
+    parser.set_defaults(run=run, parser=parser)
+
+
+def _size(text: str) -> tuple[int, int]:
+    if not (sides := re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", text)):
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT as 1920x1080, got {text!r}")
+    return int(sides[1]), int(sides[2])
+
+
+def run(args: Namespace) -> int:
+    """Read all files, then add all trials, and print them."""
+    given = {name: value for name, value in vars(args).items() if value is not None}
+    facts = {name: given[name] for name in ("license", *map(_name, RUN)) if name in given}
+    if args.reality is not None:
+        facts["source"] = "simulated"
+    names = ("format", "picture", "y", "allow_jumps", *map(_name, FILM))
+    film = {FIELDS.get(name, name): given[name] for name in names if name in given}
+    design = None if args.design is None else design_of(args.design, args.shape, args.phases)
+    with bad_input():
+        found = read_track_files(
+            args.files,
+            film=Film(**film),
+            design=design,
+            lattice=design.lattice if design else Lattice.of(args.shape, phases=args.phases),
+            repetition=args.repetition,
+            known=read(args.into) if args.into.exists() else (),
+            **facts,
+        )
+        trials = [one.trial for one in found]
+        if args.dry_run:
+            new = sum(not (args.into / name_of(trial)).exists() for trial in set(trials))
+            known = len(set(trials)) - new
+        else:
+            new, known = map(len, add(args.into, trials))
+    lead = "would be added" if args.dry_run else "added"
+    count = f"{new} trial{'' if new == 1 else 's'}"
+    print(f"{_table(found).text()}\n\n{count} {lead} to {args.into}, {known} were there already")
+    return 0
+
+
+def _name(option: tuple[Any, ...]) -> str:
+    return str(option[0]).removeprefix("--").replace("-", "_")
+
+
+def _table(found: tuple[Found, ...]) -> Section:
+    rows = []
+    for trial, path, line, left_out in found:
+        design = trial.design
+        name = design.index if design.lattice == Lattice() else design.digits
+        way = math.hypot(*trial.displacement), plain(heading(trial.displacement))
+        read_from = (len(trial.cycle), left_out, float(trial.cycle[-1]))
+        rows.append(
+            (trial.digest[:8], name, trial.repetition, *read_from, *way, f"{path}, line {line}")
+        )
+    columns = (
+        *(Column("digest", "digest"), Column("design", "design"), Column("repetition", "rep.")),
+        *(Column("points", "points"), Column("left_out", "left out")),
+        *(Column("cycles", "cycles", ".4g"), Column("distance", "distance", ".2f")),
+        *(Column("heading", "heading", ".0f"), Column("from", "from")),
+    )
+    sentence = "distance in voxel widths, heading in degrees from +x towards +y"
+    return Section(columns=columns, rows=rows, sentence=sentence)

@@ -1,0 +1,66 @@
+"""Trials of robots, for the page: what they did, beside what is simulated there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softvox_gym.lattice import Lattice
+from softvox_gym.real_tracks import track_at
+from softvox_gym.trials import Trial
+
+#: Points of a track that are kept: more would not be seen.
+MOST = 200
+
+
+def on_the_map(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Return the trials of the lattice that the map is of."""
+    return tuple(trial for trial in trials if trial.design.lattice == Lattice())
+
+
+def told(trials: Sequence[Trial]) -> dict[str, dict[str, Any]]:
+    """Return trials by what they were tried in, measured ones first, ready for JSON.
+
+    Of each: whether it was measured, and by the number of a design its runs, with points
+    [cycle, x, y] in voxel widths.
+    """
+    groups: dict[str, dict[str, Any]] = {}
+    for trial in sorted(on_the_map(trials), key=_order):
+        made = groups.setdefault(_name(trial), {"source": trial.source, "designs": {}})
+        runs = made["designs"].setdefault(str(trial.design.index), [])
+        runs.append({"points": _points(trial).round(4).tolist()})
+    return groups
+
+
+def _order(trial: Trial) -> tuple[Any, ...]:
+    return (
+        trial.source,
+        _name(trial),
+        trial.design.index,
+        trial.date,
+        trial.repetition,
+        trial.digest,
+    )
+
+
+def _name(trial: Trial) -> str:
+    """Return what a trial was tried in: a pseudo-reality; or surface, powder and what pumped it."""
+    if trial.source == "simulated":
+        return f"simulated: {trial.reality}"
+    numbers = {"kPa": trial.pressure_kpa, "Hz": trial.frequency_hz}
+    known = [f"{value:g} {unit}" for unit, value in numbers.items() if value]
+    return "measured: " + ", ".join(filter(None, (trial.surface, trial.powder, *known)))
+
+
+def _points(trial: Trial) -> NDArray[np.float64]:
+    """Return points of a track; of a long one, and where there is room, those of whole cycles."""
+    cycle, position = trial.cycle, trial.position / trial.voxel_cm
+    if len(cycle) > MOST:
+        end = float(cycle[-1])
+        step = 1 / max(int((MOST - 2) / end), 1) if end <= MOST - 2 else end / (MOST - 1)
+        times = np.append(np.arange(0, end - step / 2, step), end)
+        cycle, position = times, track_at(times, cycle, position)
+    return np.column_stack([cycle, position])
