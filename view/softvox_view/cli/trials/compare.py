@@ -40,8 +40,7 @@ def add_parser(commands: Any) -> None:
         "compare",
         help="hold trials against the simulator, and against each other",
         description=DESCRIPTION,
-        usage="softvox trials compare [DIR ...] [--shipped] [--cycles C] [--reality NAME]\n"
-        "                              [--out DIR [--force]] [--json] [options]",
+        usage="softvox trials compare [DIR ...] [--cycles C] [--out DIR] [options]",
     )
     add_folders(parser)
     parser.add_argument(
