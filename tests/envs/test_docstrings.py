@@ -19,6 +19,7 @@ import pytest
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
         ("softvox_gym.trials.track_files", 1),
+        ("softvox_search.transfer.next", 1),
         ("softvox_gym.design", 3),
         ("softvox_gym.build", 2),
     ],

@@ -44,6 +44,7 @@ def add_filters(parser: ArgumentParser) -> None:
     """Add options that choose among the trials."""
     parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
     parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
+    parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
     parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
     parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
     parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
@@ -56,6 +57,7 @@ def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
         for trial in trials
         if args.design in (None, str(called(trial.design)), trial.design.digits)
         and args.source in (None, trial.source)
+        and args.simulated_in in (None, trial.reality)
         and all(
             (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
             for name in ("surface", "powder", "who")
