@@ -23,7 +23,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike
 
-from softvox_search.report.style import FORMATS, Look
+from softvox_search.report.style import FORMATS, Look, encoded
 from softvox_search.report.style import style as project_style
 from softvox_view.figures.style import INK, figure
 
@@ -50,10 +50,6 @@ style = partial(
     Look(dpi=150, font=SIZE, widest=WIDTH),
     {"axes.grid": False, "hatch.linewidth": 0.6},
 )
-
-#: Of a file of pages: without a date, and ids that don't change from run to run.
-_SVG: dict[Any, Any] = {"svg.hashsalt": "softvox"}
-_SVG_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 
 _HTML = """<!doctype html>
 <html lang="en">
@@ -313,7 +309,5 @@ def _pdf(pages: Iterable[Figure]) -> bytes:
 
 def _svg(page: Figure, text: str) -> str:
     """Return a page as SVG, with text as paths, or as text ("none")."""
-    buffer = io.BytesIO()
-    with style(), matplotlib.rc_context({**_SVG, "svg.fonttype": text}):
-        page.savefig(buffer, format="svg", metadata=_SVG_METADATA)
-    return buffer.getvalue().decode()
+    with style(), matplotlib.rc_context({"svg.fonttype": text}):
+        return encoded(page, "svg").decode()
