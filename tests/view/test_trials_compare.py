@@ -14,6 +14,7 @@ from softvox_gym.cli import main
 from softvox_gym.real_tracks import RealTrack
 from softvox_gym.trials import Trial, database
 from softvox_view.figures import style, tracks
+from softvox_view.figures import trials as figures
 from softvox_view.figures.trials import MOST_MORE, draw_comparison, draw_distances, draw_headings
 
 
@@ -93,7 +94,20 @@ def test_json_has_all_numbers(folder, capsys):
     assert condition["rows"] == [row.record() for row in own.rows]
 
 
-def test_a_folder_gets_a_page_a_table_and_figures(folder, tmp_path, capsys):
+def test_a_folder_gets_a_page_a_table_and_figures_that_can_be_read(
+    folder, tmp_path, capsys, monkeypatch
+):
+    drawn, encoded = {}, style.encoded
+
+    def kept(made):
+        drawn.update(draw_comparison(made))
+        return drawn
+
+    def without_pdf(made, form):  # dear, and the same for all figures
+        return b"" if form == "pdf" else encoded(made, form)
+
+    monkeypatch.setattr(figures, "draw_comparison", kept)
+    monkeypatch.setattr(style, "encoded", without_pdf)
     out = tmp_path / "out"
     status, printed, _ = told(capsys, "--out", out, "--friction-static", "0.8")
     assert (status, printed.splitlines()[-1]) == (0, f"wrote {out}")
@@ -110,6 +124,9 @@ def test_a_folder_gets_a_page_a_table_and_figures(folder, tmp_path, capsys):
     assert "ice &lt;b&gt;" in page
     assert "friction_static=0.8" in page
     assert not re.search(r'(src|href)="(?!data:|#)', page.replace("xlink:", ""))
+    with style.style():
+        for figure in drawn.values():
+            check_labels(figure)
 
 
 @pytest.mark.parametrize(
@@ -153,26 +170,25 @@ def crowded():
     return softvox_gym.trials.compare(runs)
 
 
-def test_no_label_lies_on_another(crowded):
-    few = softvox_gym.trials.compare(RUNS)
-    for made in (crowded, few):
-        with style.style():
-            for page in draw_headings(made).values():
-                check_labels(page)
-            check_labels(draw_distances(made))
-    for figure in draw_comparison(few).values():
-        with style.style():
-            check_labels(figure)
-
-
-def test_headings_show_errors_beside_repeatability(crowded):
+@pytest.fixture(scope="module")
+def headings(crowded):
     with style.style():
         (figure,) = draw_headings(crowded).values()
-    first, second, third = figure.axes
+    return figure
+
+
+def test_no_label_lies_on_another_where_there_are_many(crowded, headings):
+    with style.style():
+        check_labels(headings)
+        check_labels(draw_distances(crowded))
+
+
+def test_headings_show_errors_beside_repeatability(headings):
+    first, second, third = headings.axes
     assert len(first.get_xticks()) == 40
     assert len(second.get_xticks()) == 4
     assert third.get_title(loc="left").startswith("(2) measured, ice")
-    usual = np.concatenate([axis.lines[-1].get_ydata() for axis in figure.axes])
+    usual = np.concatenate([axis.lines[-1].get_ydata() for axis in headings.axes])
     assert np.isfinite(usual).sum() == 1  # one design has two trials
 
 
