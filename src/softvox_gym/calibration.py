@@ -24,7 +24,7 @@ from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Phy
 from softvox_gym.real_tracks import LITTLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
-from softvox_gym.trials.measured import MeasuredReality, real_tracks
+from softvox_gym.trials.measured import MeasuredReality
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -383,7 +383,7 @@ def calibrate(
     base = single_physics(physics)
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
     if isinstance(tracks, MeasuredReality):
-        tracks = real_tracks(tracks.measured, edge_cm=base.edge * 100, cycles=tracks.cycles)
+        tracks = replace(tracks, nominal=base).tracks
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

@@ -182,11 +182,11 @@ def test_the_command_tells_what_was_measured(folder, capsys):
     assert main(["transfer", "--trials", "trials", "--method", "ite", "--no-picture"]) == 0
     out, err = capsys.readouterr()
     lines = out.splitlines()
-    assert err == ""
+    assert err == "softvox: warning: no robot of --trials goes towards 180 degrees; left out\n"
     assert max(map(len, lines)) <= 80
-    assert lines[0] == "ite in trials, directed along 0, 90, 180, 270 degrees; seed 0"
+    assert lines[0] == "ite in trials, directed along 0, 90, 270 degrees; seed 0"
     assert [line.split()[0] for line in lines[3:7]] == ["1", "2", "5", "9"]
-    assert "measured       9 runs of 9 designs, after 15 cycles on acrylic, simulated in" in lines
+    assert "trials         9 runs of 9 designs, after 15 cycles on acrylic, simulated in" in lines
     assert "cycles         15 of the robots, 15 simulated" in lines
 
 
@@ -203,9 +203,9 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
     told = json.loads(capsys.readouterr().out)
     assert told["mean"]["regret"] == [None, None]
     assert told["runs"][0]["regret"] == [None, None]
-    assert told["measured"]["designs"] == sorted(NINE)
-    assert told["measured"]["cycles"] == 9
-    assert told["measured"]["simulated_cycles"] == pytest.approx(15)
+    assert told["trials"]["designs"] == sorted(NINE)
+    assert (told["trials"]["source"], told["trials"]["cycles"]) == ("simulated", 9)
+    assert told["trials"]["simulated_cycles"] == pytest.approx(15)
     assert (told["reality"], told["diverged"]) == ("trials", 0)
     assert (folder / told["picture"]).stat().st_size > 10_000
     assert main([*command, "--no-picture", "--heading", "0"]) == 0
@@ -220,6 +220,7 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "trials", "--tests", "10"], "--tests must be at most 9, the designs that"),
         (["--trials", "trials", "--cycles", "90:23"], "--trials: 9 of 9 runs end before 90 cycles"),
         (["--trials", "trials", "--trials", "talc"], "--trials: the trials differ in powder"),
+        (["--trials", "talc", "--heading", "-90"], "no robot of --trials goes towards 270 degrees"),
         (["--cycles", "9"], "--cycles is of --trials"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),
         (["--trials", "trials", "--cycles", "1:0"], "--cycles: must be N or REAL:SIMULATED"),

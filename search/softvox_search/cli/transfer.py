@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym import MeasuredReality, Physics, Reality, reality
+from softvox_gym import MeasuredReality, Reality, reality
 from softvox_gym.cli.parser import cycles, number, whole_number
 from softvox_gym.cli.reality import plain
-from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.files import write_file
 from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
 from softvox_gym.tasks import HEADINGS, Task
 from softvox_gym.trials.database import read
+from softvox_gym.trials.measured import published_for
 from softvox_search.cli.options import (
     check_output,
     name_in_files,
@@ -55,8 +56,9 @@ prints goes to standard error.
 --trials DIR makes a reality of what was measured, the files of a folder of
 trials (softvox trials) of 2x2x2 designs under the same conditions. Designs that
 nobody measured can't be tested; where one is recommended, regret is unknown.
-Robots are looked at after as many cycles as the shortest run has, and simulated
-ones after 15, unless --cycles says something else.
+Headings that none of the robots goes to are left out. All robots, real and
+simulated, are looked at after as many cycles as the shortest run has; --cycles
+90:23 looks at real ones after 90 and at simulated ones after 23.
 """
 
 #: The reality, where none is named.
@@ -102,12 +104,12 @@ def add_parser(commands: Any) -> None:
             "action": "append",
             "type": Path,
             "metavar": "DIR",
-            "help": "what was measured, in place of --reality; may be given several times",
+            "help": "a folder of trials, in place of --reality; may be given several times",
         },
         "cycles": {
             "type": cycles,
             "metavar": "N",
-            "help": "of --trials: after how many cycles robots are looked at; N or REAL:SIMULATED",
+            "help": "of --trials: after how many cycles robots are looked at, or REAL:SIMULATED",
         },
         "task": {
             "default": "directed",
@@ -202,6 +204,8 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
     with bad_input():
         args.tests = number_of_tests(where, args.tests, name="--tests")
         finite("--noise", args.noise)
+    if isinstance(where, MeasuredReality):
+        tasks = _answerable(where, tasks)
     return where, tasks
 
 
@@ -215,13 +219,22 @@ def _where(args: Namespace) -> Reality:
     if args.reality is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
     real, simulated = args.cycles or (None, None)
-    nominal = Physics.published()
-    # Its own cycles are 15 but for the last digits, and its landscape ships.
-    if simulated is not None and abs(simulated - float(nominal.cycles)) > 1e-3:
-        nominal = nominal.lasting(simulated)
+    nominal = None if simulated is None else published_for(simulated)
     with bad_input("--trials:"):
         made: Reality = Reality.from_trials(read(*args.trials), nominal=nominal, cycles=real)
         return made
+
+
+def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
+    """Return the tasks in which a robot that was tried got anywhere: of others all is unknown."""
+    made = [task for task in tasks if np.nanmax(task.reward(where.displacement)) > 0]
+    lost = [f"{task.heading or 0:g}" for task in tasks if task not in made]
+    words = f"no robot of --trials goes towards {', '.join(lost)} degrees"
+    if not made:
+        raise BadInputError(f"{words}, so that no regret is known; give another --heading")
+    if lost:
+        complain("warning", f"{words}; left out")
+    return made
 
 
 def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[TransferRun]:
@@ -303,7 +316,7 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
         "tests": args.tests,
         "seed": args.seed,
         "noise": args.noise,
-        **_lost_or_measured(where),
+        **_lost_or_tried(where),
         "runs": rows,
         "mean": {
             **{
@@ -318,13 +331,18 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
     }
 
 
-def _lost_or_measured(where: Reality) -> dict[str, Any]:
-    """Return how many designs diverge in a reality, or what is known of one that was measured."""
+def _lost_or_tried(where: Reality) -> dict[str, Any]:
+    """Return how many designs diverge in a reality, or what is known of one made of trials."""
     if not isinstance(where, MeasuredReality):
         return {"diverged": int(where.landscape()["diverged"].sum())}
-    cycles = {"cycles": where.cycles, "simulated_cycles": float(where.nominal.cycles)}
-    known = {"about": where.about, "designs": where.designs.tolist(), **cycles}
-    return {"diverged": 0, "measured": known}
+    known = {
+        "about": where.about,
+        "source": where.measured[0].source,
+        "designs": where.designs.tolist(),
+        "cycles": where.cycles,
+        "simulated_cycles": float(where.nominal.cycles),
+    }
+    return {"diverged": 0, "trials": known}
 
 
 def _text(facts: dict[str, Any]) -> str:
@@ -355,15 +373,15 @@ def _text(facts: dict[str, Any]) -> str:
         else "no, its models don't vary all that differs",
         "simulations": ", ".join(str(row["simulations"]) for row in rows),
     }
-    if "measured" in facts:
-        known = facts["measured"]
-        said["measured"] = fill(known["about"], 65, subsequent_indent=" " * 15)
+    if "trials" in facts:
+        known = facts["trials"]
+        said["trials"] = fill(known["about"], 65, subsequent_indent=" " * 15)
         said["cycles"] = (
             f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
         )
         said["specified"] = "nobody knows what differs"
-    if None in (*mean["regret"], *mean["class_regret"]):
-        said["unknown"] = "where nobody measured the design, or none that goes that way"
+    if "unknown" in " ".join((*lines, *said.values())):
+        said["unknown"] = "of what nobody measured; errors, where all that was is tested"
     if facts["diverged"]:
         said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]

@@ -249,7 +249,7 @@ class World:
         measured = self.reality if isinstance(self.reality, MeasuredReality) else None
         if measured is not None:
             try:
-                measured.check_measured([design])
+                measured.check_measured(design)
             except ValueError as error:
                 raise SearcherError(f"asked for what can't be tested: {error}") from error
         moved = self.displacement[design].copy()
