@@ -380,8 +380,10 @@ def _text(facts: dict[str, Any]) -> str:
             f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
         )
         said["specified"] = "nobody knows what differs"
-    if "unknown" in " ".join((*lines, *said.values())):
-        said["unknown"] = "of what nobody measured; errors, where all that was is tested"
+        if None in (*mean["regret"], *mean["class_regret"]):
+            said["unknown"] = "regret where nobody measured the design"
+        elif facts["tests"] == len(known["designs"]):
+            said["unknown"] = "errors, as no design that was measured is left to foresee"
     if facts["diverged"]:
         said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]
