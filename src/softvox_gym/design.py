@@ -293,6 +293,11 @@ def refined(
     return made
 
 
+def called(design: Design) -> int | str:
+    """Return what people call a design: its number, and on another lattice its digits."""
+    return design.index if design.lattice == Lattice() else design.digits
+
+
 def written(text: str, lattice: Lattice) -> Design:
     """Return the design that a person wrote down, as a number or as the digits of all sites.
 

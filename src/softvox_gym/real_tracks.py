@@ -35,6 +35,12 @@ Point = tuple[float, float, float]
 #: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
 LITTLE = 0.25
 
+#: Degrees between two headings that count as the same.
+WITHIN = 45
+
+#: Samples of a simulated track per cycle of actuation.
+PER_CYCLE = 50
+
 #: The table for people.
 HEAD = (
     "design  trial         cycles   heading    real   angle  distance    real  end error  RMS error"

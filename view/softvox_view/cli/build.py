@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -117,14 +118,15 @@ def run(args: Namespace) -> int:
         if path:
             with bad_input(option):
                 check_file(path, force=args.force)
-    _check_form(args, designs)
+    if args.out:
+        check_form(args.out, len(designs))
     plans = [plan(design) for design in designs]
     sound = [one for one in plans if not one.problems]
     options = {"mould_voxels": args.mould_voxels, "incubator": not args.no_incubator}
     batch = bill(sound, args.copies, **options) if sound else None
     written = {}
     if args.out:
-        written[args.out] = _sheets(args, plans, batch)
+        written[args.out] = sheets_of(args.out, plans, batch)
     if args.csv and batch:
         written[args.csv] = batch.materials().csv().encode()
     for path, content in written.items():
@@ -192,28 +194,27 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
     return designs, shown
 
 
-def _check_form(args: Namespace, designs: Sequence[Design]) -> None:
-    """Make sure that the sheets can be drawn."""
-    if not args.out:
-        return
-    form = args.out.suffix.lower()
+def check_form(out: Path, robots: int) -> None:
+    """Make sure that the sheets of so many robots can be drawn into a file of that name."""
+    form = out.suffix.lower()
     if form not in FORMS:
-        raise BadInputError(f"--out must end in {', '.join(FORMS)}, got {str(args.out)!r}")
-    if form == ".svg" and len(designs) > 1:
+        raise BadInputError(f"--out must end in {', '.join(FORMS)}, got {str(out)!r}")
+    if form == ".svg" and robots > 1:
         raise BadInputError(
-            f"an .svg holds one page, and {len(designs)} robots were asked for; write a .pdf"
+            f"an .svg holds one page, and {robots} robots were asked for; write a .pdf"
         )
     try:
-        import softvox_view.figures.sheets  # noqa: F401
+        for module in ("style", "sheets"):  # the style before all that imports matplotlib
+            import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing("--out", error)) from error
 
 
-def _sheets(args: Namespace, plans: Sequence[Plan], batch: Bill | None) -> bytes:
+def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
     """Return a file with a sheet for every robot, and one for all that can be built."""
     from softvox_view.figures.sheets import draw_batch, draw_sheet, facts_of, write
 
-    form = args.out.suffix.lower().removeprefix(".")
+    form = out.suffix.lower().removeprefix(".")
     facts: dict[Design, Facts] = {}
     for lattice in dict.fromkeys(one.design.lattice for one in plans):
         own = [one.design for one in plans if one.design.lattice == lattice]
