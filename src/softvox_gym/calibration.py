@@ -337,10 +337,9 @@ def calibrate(
     Parameters
     ----------
     tracks : sequence of RealTrack, or MeasuredReality
-        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` or
-        `softvox_gym.trials.real_tracks` makes them; cm of robots whose voxels are as wide as those
-        of the physics. Every design is looked at after the cycles of its shortest trial; those of
-        `Reality.from_trials` after its cycles.
+        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them; cm of robots
+        whose voxels are as wide as those of the physics. Every design is looked at after the cycles
+        of its shortest trial; those of `Reality.from_trials` after its cycles.
     grid : str or dict
         Axes by name, as `grid_of` reads them or with their values, None for the usual ones:
         friction (pairs of static and kinetic), shear (T*, the shear strength over a voxel's

@@ -14,7 +14,7 @@ from softvox_gym.calibration import calibrate, known_of, tracks_of
 from softvox_gym.cli.parser import cycles
 from softvox_gym.landscapes.gap import row
 from softvox_gym.noise import Jakobi
-from softvox_gym.trials import Trial, measured, real_tracks
+from softvox_gym.trials import Trial, measured
 
 TRIALS = trials_in("reversal", NINE)
 
@@ -71,7 +71,7 @@ def test_tracks_are_those_of_a_robot_of_the_simulators_size(real):
     assert theirs.position == pytest.approx(2 * ours.position)
     (of_the_kit,) = Reality.from_trials([line(17, x=3.0)], cycles=15).tracks
     assert of_the_kit.position.tolist() == [[0, 0], [1, 0]]
-    assert [len(one.cycle) for one in real_tracks(TRIALS)] == [len(one.cycle) for one in TRIALS]
+    assert [len(one.cycle) for one in real.tracks] == [len(one.cycle) for one in real.measured]
 
 
 def test_it_is_a_value_that_says_what_results_depend_on(real):

@@ -130,8 +130,17 @@ class MeasuredReality(Reality):
 
     @cached_property
     def tracks(self) -> tuple[RealTrack, ...]:
-        """Of every run over the cycles of the reality, in cm of robots as large as the nominal."""
-        return real_tracks(self.measured, edge_cm=self._edge_cm, cycles=self.cycles)
+        """Of every run over the cycles of the reality, in cm of robots as large as the nominal.
+
+        A trial is called by the first twelve digits of its digest, with which its file's name
+        begins.
+        """
+        made = []
+        for trial in self.measured:
+            cycle = np.append(trial.cycle[trial.cycle < self.cycles], self.cycles)
+            position = track_at(cycle, trial.cycle, trial.position) / trial.voxel_cm * self._edge_cm
+            made.append(RealTrack(trial.design.index, trial.digest[:12], cycle, position))
+        return tuple(made)
 
     def mean_track(self, design: int, per_cycle: int) -> Array:
         """Return the mean track of a design's runs, voxel widths, shape (samples, 3); z is 0.
@@ -269,30 +278,6 @@ def published_for(cycles: float) -> Physics:
     """
     physics = Physics.published()
     return physics if abs(cycles - float(physics.cycles)) < 1e-3 else physics.lasting(cycles)
-
-
-def real_tracks(
-    trials: Iterable[Trial], *, edge_cm: float = 1.0, cycles: float | None = None
-) -> tuple[RealTrack, ...]:
-    """Return trials of 2x2x2 designs as tracks, in cm of robots whose voxels are so wide.
-
-    A trial is called by the first twelve digits of its digest, with which its file's name begins.
-
-    Parameters
-    ----------
-    trials : iterable of Trial
-    edge_cm : float
-        What a voxel width of theirs becomes; 1 is that of the simulated robots.
-    cycles : float, optional
-        Where tracks are cut; not at all where None.
-    """
-    made = []
-    for trial in trials:
-        end = float(trial.cycle[-1] if cycles is None else cycles)
-        cycle = np.append(trial.cycle[trial.cycle < end], end)
-        position = track_at(cycle, trial.cycle, trial.position) / trial.voxel_cm * edge_cm
-        made.append(RealTrack(trial.design.index, trial.digest[:12], cycle, position))
-    return tuple(made)
 
 
 def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
