@@ -228,10 +228,11 @@ def _where(args: Namespace) -> Reality:
 def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
     """Return the tasks in which a robot that was tried got anywhere: of others all is unknown."""
     made = [task for task in tasks if np.nanmax(task.reward(where.displacement)) > 0]
-    lost = [f"{task.heading or 0:g}" for task in tasks if task not in made]
-    words = f"no robot of --trials goes towards {', '.join(lost)} degrees"
+    lost = [task.heading for task in tasks if task not in made]
+    way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
+    words = f"no robot of --trials goes {way}"
     if not made:
-        raise BadInputError(f"{words}, so that no regret is known; give another --heading")
+        raise BadInputError(f"{words}, so no regret is known; give others, or another --heading")
     if lost:
         complain("warning", f"{words}; left out")
     return made
