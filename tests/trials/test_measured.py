@@ -52,9 +52,9 @@ def test_repetitions_are_averaged_over_the_cycles_of_the_shortest_run():
     made = Reality.from_trials([runs[0], line(17, x=6.0, repetition=2)], cycles=15)
     assert made.displacement[17] == pytest.approx([1.5, 0, 0])
     assert made.spread[17] == pytest.approx(0.5)
-    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic"
+    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic, measured"
     powdered = Reality.from_trials([line(17, powder="talc")])
-    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc"
+    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc, measured"
     assert [track.cycle.tolist() for track in made.tracks] == [[0, 15], [0, 15]]
     assert made.mean_track(17, 4).shape == (61, 3)
     assert made.mean_track(17, 4)[[0, 20, -1], 0] == pytest.approx([0, 0.5, 1.5])
