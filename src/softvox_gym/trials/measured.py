@@ -303,7 +303,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
             told = (f"{n} with {value or 'none said'}" for value, n in counts.most_common())
             raise ValueError(
                 f"the trials differ in {name}: {_some(told)}; a reality has one, so give those of "
-                "one alone, in a folder of their own"
+                "one alone"
             )
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
 
