@@ -10,8 +10,11 @@ import pytest
 from cli_process import COMMAND, snapshot, softvox
 
 import softvox_gym
-from softvox_gym import Physics, landscape, simulate
+from softvox_gym import Physics, cli, landscape, simulate
 from softvox_gym.manifest import digest
+
+#: Commands of other packages than softvox_gym.
+OTHERS = [entry.name for entry in entry_points(group=cli.GROUP)]
 
 #: Short, so that all designs take a second: one cycle.
 SHORT = ("--duration", "0.5")
@@ -50,6 +53,23 @@ def test_every_parameter_of_the_physics_is_an_option_in_the_help(command):
     text = softvox(command, "--help").stdout
     for name in Physics.exact().to_dict():
         assert f"  --{name.replace('_', '-')}" in text
+
+
+@pytest.mark.parametrize(
+    ("first", "loaded"),
+    [
+        ((), sorted(OTHERS)),
+        (("--help",), sorted(OTHERS)),
+        (("biuld",), sorted(OTHERS)),
+        (("build",), ["build"]),
+        (("simulate",), []),
+        (("--version",), []),
+    ],
+)
+def test_of_other_packages_commands_only_the_one_that_is_asked_for_is_loaded(first, loaded):
+    (commands,) = (action for action in cli._parser(*first)._actions if action.choices)
+    own = [command.__name__.rpartition(".")[2] for command in cli.COMMANDS]
+    assert list(commands.choices) == [*own, *loaded]
 
 
 def test_help_fits_80_columns():
@@ -229,7 +249,7 @@ def test_kinetic_friction_above_static_is_one_line_of_warning_and_goes_on():
 
 
 COMMANDS = ["landscape", "robustness", "simulate", "verify"]
-COMMANDS += [entry.name for entry in entry_points(group="softvox_gym.commands")]
+COMMANDS += OTHERS
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    parser = _parser()
+    parser = _parser(*arguments[:1])
     try:
         args, unknown = parser.parse_known_args(readable(arguments))
         if unknown:
@@ -98,7 +98,11 @@ def _run(arguments: list[str]) -> int:
     return status
 
 
-def _parser() -> Parser:
+def _parser(first: str = "") -> Parser:
+    """Return the parser of all commands, or without those that the first word doesn't ask for.
+
+    Those of other packages are meant, which take time to load.
+    """
     usage = f"softvox {COMMAND}"
     parser = Parser(prog="softvox", usage=usage, description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument(
@@ -111,7 +115,10 @@ def _parser() -> Parser:
     commands = parser.add_subparsers(title="commands", metavar=COMMAND, prog="softvox")
     for command in COMMANDS:
         command.add_parser(commands)
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+    entries = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
+    if first in {"--version", *commands.choices, *(entry.name for entry in entries)}:
+        entries = [entry for entry in entries if entry.name == first]
+    for entry in entries:
         try:
             entry.load().add_parser(commands)
         except Exception as error:  # whatever it is, the other commands must work
