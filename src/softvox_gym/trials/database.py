@@ -124,6 +124,7 @@ def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = 
     given = _sorted(places)
     known = tuple(trial for trial in given if _is_same(trial, told.get(trial.run)))
     fresh = {*given} - {*known}
+    new = _sorted(fresh)
     every = {**held, **{trial: places[trial] for trial in places if trial in fresh}}
     copies = _copies(every, known=held) if refuse_copies else ()
     for fault in (*_conflicts(every), *copies):
