@@ -1,27 +1,34 @@
 """Draw the committed pictures anew that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: those of docs/figures.md and the README,
-of baselines/*/report.md, with these pages, from the tables of the committed comparisons; and the
-films of docs/environments/control.md and growth.md.
+Run by `make pictures`, after a change of how figures look: those of docs/figures.md and
+docs/trials-compare.md and the README, of baselines/*/report.md, with these pages, from the tables
+of the committed comparisons; and the films of docs/environments/control.md and growth.md.
 """
 
 import io
+from contextlib import chdir
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from PIL import Image
 
 from softvox_gym import landscape
-from softvox_gym.design import buildable
+from softvox_gym.build import plan
+from softvox_gym.design import Design, buildable
 from softvox_gym.files import write_file
 from softvox_gym.landscapes.table import all_digits, phased_lattice
 from softvox_gym.rendering import Stage, Walk
+from softvox_gym.trials import compare
 from softvox_search.experiment.results import read
 from softvox_search.report import figures, page, style, text, transfer, transfer_figures
 from softvox_view.encode import film
-from softvox_view.figures import FIGURES, OF_RESULTS, Inputs, files_of, make
+from softvox_view.figures import FIGURES, OF_RESULTS, Drawing, Inputs, files_of, make, sheets
 from softvox_view.figures import style as view_style
+from softvox_view.figures.pages import style as sheet_style
+from softvox_view.figures.trials import draw_comparison
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -29,6 +36,9 @@ BASELINES = ("noise_free", "noise", "transfer", "phased")
 
 #: Of the files, which hold few: what is drawn has fewer still, but for shaded robots.
 COLOURS = 256
+
+#: Of the published landscape.
+BEST = Design(6453)
 
 
 def smaller(png: bytes) -> bytes:
@@ -69,6 +79,25 @@ def draw_phased() -> None:
         axis.set_xlim(left=0)
         axis.legend(frameon=False, loc="upper right")
         write_file(DOCS / "environments" / "phased.png", view_style.encoded(made), force=True)
+
+
+def draw_sheet() -> None:
+    """Draw the sheet of the best design, as docs/build.md shows it."""
+    (page,) = sheets.draw_sheet(plan(BEST), sheets.facts_of([BEST])[0])
+    with sheet_style():
+        write_file(DOCS / "build_6453.png", smaller(view_style.encoded(page)), force=True)
+
+
+def draw_trials() -> None:
+    """Draw the figures of docs/trials-compare.md, of the trials that its program makes."""
+    program = (DOCS / "trials-compare.md").read_text().split("```python\n")[1].split("```")[0]
+    names: dict[str, Any] = {}
+    with TemporaryDirectory() as folder, chdir(folder):
+        exec(program, names)
+    for name, content in files_of(
+        Drawing(draw_comparison(compare(names["trials"]))), ["png"]
+    ).items():
+        write_file(DOCS / f"trials_{name}", smaller(content), force=True)
 
 
 def draw_growth() -> None:
@@ -121,9 +150,11 @@ def draw_control() -> None:
 def main() -> None:
     """Draw all."""
     draw_docs()
+    draw_sheet()
     draw_control()
     draw_growth()
     draw_phased()
+    draw_trials()
     draw_baselines()
 
 

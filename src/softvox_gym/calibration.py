@@ -21,21 +21,15 @@ from numpy.typing import ArrayLike, NDArray
 from softvox_gym.design import Design
 from softvox_gym.engine import Progress
 from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Physics
-from softvox_gym.real_tracks import LITTLE, RealTrack, track_at
+from softvox_gym.real_tracks import LITTLE, PER_CYCLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
 from softvox_gym.trials.measured import MeasuredReality, real_tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Degrees between two headings that count as the same.
-WITHIN = 45
-
 #: Simulations in one calibration; at some milliseconds each they take minutes.
 MOST_SIMULATIONS = 100_000
-
-#: Samples of a track per cycle of actuation.
-PER_CYCLE = 50
 
 #: Whoever builds and pumps a robot knows how far and how often; what the floor does, nobody does.
 KNOWN = ("strain", "frequency_hz", "actuation")

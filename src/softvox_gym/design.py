@@ -293,6 +293,11 @@ def refined(
     return made
 
 
+def called(design: Design) -> int | str:
+    """Return what people call a design: its number, and on another lattice its digits."""
+    return design.index if design.lattice == Lattice() else design.digits
+
+
 def written(text: str, lattice: Lattice) -> Design:
     """Return the design that a person wrote down, as a number or as the digits of all sites.
 
@@ -450,12 +455,38 @@ class BodyFacts(NamedTuple):
         )
 
 
+def actuators(design: Design) -> tuple[tuple[int, ...], ...]:
+    """Return the sites of each actuator group, in order of its first.
+
+    A group holds the active voxels of a slice (of equal z) that hang together by faces and share a
+    phase: in robots built of the paper's kit holes connect them, and they share their air. Slices
+    are bonded without holes.
+
+    Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft
+    2020, the protocol of building.
+
+    Examples
+    --------
+    >>> actuators(Design("22021222"))
+    ((0, 1, 3), (5, 6, 7))
+    """
+    array, (nx, ny, nz) = design.array, design.lattice
+    groups = [
+        tuple(nx * ny * z + site for site in piece)
+        for z in range(nz)
+        for digit in range(ACTIVE, design.lattice.states)
+        for piece in _components((array[:, :, z] == digit).tobytes("F"), Lattice(nx, ny, 1))
+    ]
+    return tuple(sorted(groups))
+
+
 def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
     """Return which designs the paper's kit can build, shape (n,).
 
     Those in one piece, whose active voxels are joined through holes where they share a face within
-    a slice (of equal z), so that they are one actuator and share a phase, and each of whose
-    actuators has a voxel on the surface, for its inlet.
+    a slice (of equal z), so that they are one actuator and share a phase (`actuators`), and each of
+    whose actuators has a voxel on the surface, for its inlet: a closed hollow is inside.
+    `softvox_gym.build.plan` tells why one can't be built.
 
     Parameters
     ----------
@@ -480,17 +511,36 @@ def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
     return BodyFacts.of(rows, lattice).is_connected & np.concatenate(has_actuators)
 
 
+def closed_hollows(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the absent sites that no way leads to from outside, both of shape (nx, ny, nz, n)."""
+    absent = ~present
+    if min(present.shape[:3]) < 3:  # as of most designs: all is rim
+        return np.zeros_like(absent)
+    rim = absent.copy()
+    rim[1:-1, 1:-1, 1:-1] = False
+    return np.asarray(absent & ~_spread(rim, absent, FACES))
+
+
 def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
     """Return whose active voxels make actuators as the kit has them, of shape (nx, ny, nz, n)."""
+    if (closed := closed_hollows(stack != ABSENT)).any():
+        stack = np.where(closed, PASSIVE, stack)
     active, around = stack >= ACTIVE, [_beside(stack, face) for face in FACES]
     torn = reduce(or_, ((one >= ACTIVE) & (one != stack) for one in around[:4])) & active
     has_inlet = reduce(or_, (one == ABSENT for one in around)) & active
-    reached = 0
-    while (count := int(has_inlet.sum())) > reached:
-        reached = count
-        has_inlet |= reduce(or_, (_beside(has_inlet, face) for face in FACES[:4])) & active
-    is_sound: NDArray[np.bool_] = ~torn & (has_inlet | ~active)
+    is_sound: NDArray[np.bool_] = ~torn & (_spread(has_inlet, active, FACES[:4]) | ~active)
     return np.asarray(is_sound.all(axis=(0, 1, 2)))
+
+
+def _spread(
+    begin: NDArray[np.bool_], within: NDArray[np.bool_], faces: Sequence[tuple[int, int, int]]
+) -> NDArray[np.bool_]:
+    """Return which sites of a mask are reached from some of them, all of shape (nx, ny, nz, n)."""
+    made, reached = begin.copy(), 0
+    while (count := int(made.sum())) > reached:
+        reached = count
+        made |= reduce(or_, (_beside(made, face) for face in faces)) & within
+    return made
 
 
 def _beside(stack: NDArray[Any], face: tuple[int, int, int]) -> NDArray[Any]:

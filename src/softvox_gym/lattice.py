@@ -187,10 +187,14 @@ class Lattice(NamedTuple):
         ahead = np.maximum(digits, 2).astype(np.float64) - 2
         return np.minimum(digits, 2).astype(np.uint8), ahead / self.phases
 
+    def place(self, site: int) -> tuple[int, int, int]:
+        """Return a site's x, y, z."""
+        return site % self.nx, site // self.nx % self.ny, site // self.nx // self.ny
+
     def neighbours(self, site: int) -> Iterator[int]:
         """Yield the sites that share a face with one."""
         nx, ny, nz = self
-        x, y, z = site % nx, site // nx % ny, site // nx // ny
+        x, y, z = self.place(site)
         for dx, dy, dz in FACES:
             i, j, k = x + dx, y + dy, z + dz
             if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz:

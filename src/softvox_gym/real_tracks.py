@@ -41,6 +41,12 @@ OWN_TRIAL = "give each run of a robot a trial of its own"
 #: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
 LITTLE = 0.25
 
+#: Degrees between two headings that count as the same.
+WITHIN = 45
+
+#: Samples of a simulated track per cycle of actuation.
+PER_CYCLE = 50
+
 #: The table for people.
 HEAD = (
     "design  trial         cycles   heading    real   angle  distance    real  end error  RMS error"

@@ -15,9 +15,13 @@ import pytest
         ("softvox_gym.envs.vector", 1),
         ("softvox_gym.envs.control", 2),
         ("softvox_gym.envs.growth", 2),
+        ("softvox_gym.trials.comparison", 1),
         ("softvox_gym.wrappers", 5),
         ("softvox_gym.wrappers.vector", 1),
         ("softvox_gym.trials.track_files", 1),
+        ("softvox_search.transfer.next", 1),
+        ("softvox_gym.design", 3),
+        ("softvox_gym.build", 2),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):

@@ -7,10 +7,10 @@ import pytest
 from pseudo_trials import trials_in
 from view.figure_labels import check_labels
 
-from softvox_gym.calibration import PER_CYCLE, calibrate, tracks_of
+from softvox_gym.calibration import calibrate, tracks_of
 from softvox_gym.cli.parser import Parser
 from softvox_gym.cli.terminal import BadInputError
-from softvox_gym.real_tracks import RealTrack
+from softvox_gym.real_tracks import PER_CYCLE, RealTrack
 from softvox_gym.realities import Reality
 from softvox_gym.trials import database
 from softvox_view.cli import calibrate as command

@@ -81,7 +81,7 @@ def test_angle_and_error_above_a_panel_are_means_over_its_trials(crowded):
     simulated = SIMULATED[6453]
     rows = [compare(turned(6453, "", degrees), simulated, PER_CYCLE) for degrees in (10, 20)]
     mean = np.mean([row.rms_error for row in rows])
-    assert errors(rows) == f"15\N{DEGREE SIGN}, RMS {mean:.2f} cm"
+    assert errors(rows) == f"15\N{DEGREE SIGN}, RMS {mean:.2f}"
     still = RealTrack(6453, "", np.array([0.0, 23.0]), np.zeros((2, 2)))
     rows.append(compare(still, simulated, PER_CYCLE))
     assert errors(rows).startswith("15\N{DEGREE SIGN}, RMS")

@@ -80,6 +80,9 @@ FORMATS: dict[str, dict[str, None]] = {
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
+#: And of a picture within a page of HTML.
+_METADATA = {**FORMATS, "svg": dict.fromkeys(("Creator", "Date", "Format", "Type"))}
+
 _STYLE: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -89,6 +92,7 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "text.parse_math": False,  # a label is text, whatever dollars are in it
+    "svg.hashsalt": "softvox",  # the same ids on every run
     "pdf.fonttype": 42,  # text stays text: it can be searched, copied and edited
 }
 
@@ -191,8 +195,8 @@ def lay_out(made: Figure) -> None:
 
 
 def encoded(made: Figure, form: str = "png") -> bytes:
-    """Return a figure as the bytes of a file; form is one of `FORMATS`."""
+    """Return a figure as the bytes of a file; form is one of `FORMATS`, or svg."""
     lay_out(made)
     buffer = io.BytesIO()
-    made.savefig(buffer, format=form, dpi="figure", metadata=FORMATS[form])
+    made.savefig(buffer, format=form, dpi="figure", metadata=_METADATA[form])
     return buffer.getvalue()

@@ -136,6 +136,10 @@ class Method:
         """Return which designs can be tested and were not yet, shape (6561,)."""
         return self._left.copy()
 
+    def leave_out(self, designs: NDArray[np.bool_]) -> None:
+        """Take designs, a mask of shape (6561,), for tested ones, of which nothing is told."""
+        self._left &= ~designs
+
 
 def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
     """Return the number of the largest value, of equal ones the first, among some or all.

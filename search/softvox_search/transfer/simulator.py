@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 import softvox_gym
 from softvox_gym import Physics, noisy_landscape, simulate
 from softvox_gym.design import stack_of
+from softvox_gym.engine import Progress
 from softvox_gym.landscapes.table import N_DESIGNS, displacements, tracks
 from softvox_gym.simulation import check_count
 
@@ -36,6 +37,8 @@ class Simulator:
         simulated as part of a landscape before is not counted again.
     testable : array_like of bool, shape (6561,), optional
         Which designs can be tried in reality; all where None.
+    progress : callable (done, total), optional
+        Is told how many of several landscapes there are.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class Simulator:
         simulations: int | None = None,
         *,
         testable: ArrayLike | None = None,
+        progress: Progress | None = None,
     ) -> None:
         if simulations is not None:
             check_count("simulations", simulations, least=0)
@@ -72,6 +76,7 @@ class Simulator:
         self.used = 0
         self._most = simulations
         self._known: set[Physics] = set()
+        self._progress = progress
 
     def landscape(self, physics: Physics | None = None) -> Array:
         """Return the displacement of every design, shape (6561, 3), voxel widths; read-only.
@@ -98,7 +103,9 @@ class Simulator:
         SimulationBudgetError
             As `landscape` does.
         """
-        for physics in models:
+        for done, physics in enumerate(models):
+            if self._progress:
+                self._progress(done, len(models))
             self.landscape(physics)
         return _stack(tuple(models))
 

@@ -16,7 +16,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from softvox_gym.design import ACTIVE, Design, DesignLike, written
+from softvox_gym.design import ACTIVE, Design, DesignLike, actuators, written
 from softvox_gym.envs.episodes import (
     WALK_FPS,
     WALK_SPEED,
@@ -396,18 +396,14 @@ def _is_lost(displacement: Array) -> NDArray[np.bool_]:
 def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
     """Return the sites that each slot of an action drives."""
     check_flag("groups", are_grouped)
-    active = design.array == ACTIVE
-    if not active.any():
+    if not (design.array == ACTIVE).any():
         raise ValueError(
             f"design {design.digits} has no active voxel, so there is nothing to control; active "
             "ones have the digit 2"
         )
     if not are_grouped:
         return tuple((site,) for site, digit in enumerate(design.digits) if digit == str(ACTIVE))
-    # Holes connect active neighbours of a slice; slices are bonded without any.
-    heights = np.arange(design.lattice.nz)
-    slices = [Design((active & (heights == z)).astype(np.uint8)) for z in heights]
-    return tuple(group for one in slices for group in one.components)
+    return actuators(design)
 
 
 def _interval(interval: float, shortest: float) -> float:

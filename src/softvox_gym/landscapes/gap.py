@@ -116,9 +116,16 @@ def srcc(nominal: Array, real: Array) -> float:
     real-world performance?", IEEE RA-L 5(4), 2020.
     """
     top = ranked(nominal)[:TOP]
-    first, second = nominal[top] - nominal[top].mean(), real[top] - real[top].mean()
-    spread = float(np.sqrt((first * first).sum() * (second * second).sum()))
-    return float((first * second).sum()) / spread if spread > 0 else float("nan")
+    return float(pearson(nominal[top], real[top]))
+
+
+def pearson(first: Array, second: Array) -> Array:
+    """Return Pearson's correlation over the last axis; NaN where one does not vary."""
+    a = first - first.mean(axis=-1, keepdims=True)
+    b = second - second.mean(axis=-1, keepdims=True)
+    varies = (np.ptp(first, axis=-1) > 0) & (np.ptp(second, axis=-1) > 0)
+    spread = np.where(varies, np.sqrt((a * a).sum(axis=-1) * (b * b).sum(axis=-1)), np.nan)
+    return np.asarray((a * b).sum(axis=-1) / spread)
 
 
 def turned(nominal: Table, real: Table) -> NDArray[np.bool_]:

@@ -1,8 +1,19 @@
 """Trials: a database of runs of robots that grows, held against what was simulated."""
 
+from softvox_gym.trials.comparison import Comparison, compare
 from softvox_gym.trials.database import read
 from softvox_gym.trials.measured import from_trials, real_tracks
 from softvox_gym.trials.transfers import Transfer, transfers
 from softvox_gym.trials.trial import Trial, TrialError
 
-__all__ = ["Transfer", "Trial", "TrialError", "from_trials", "read", "real_tracks", "transfers"]
+__all__ = [
+    "Comparison",
+    "Transfer",
+    "Trial",
+    "TrialError",
+    "compare",
+    "from_trials",
+    "read",
+    "real_tracks",
+    "transfers",
+]

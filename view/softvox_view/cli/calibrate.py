@@ -13,7 +13,6 @@ from typing import Any
 from softvox_gym.calibration import (
     AXES,
     KNOWN,
-    WITHIN,
     Calibration,
     calibrate,
     grid_of,
@@ -27,13 +26,13 @@ from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
-from softvox_gym.missing import missing
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.real_tracks import LITTLE, RealTrack, heading, read_tracks
+from softvox_gym.real_tracks import LITTLE, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials import read, real_tracks
 from softvox_gym.trials.measured import MeasuredReality
+from softvox_view.cli.options import import_figures
 
 #: A real track may go on for so many.
 MOST_CYCLES = 1000
@@ -129,7 +128,7 @@ def run(args: Namespace) -> int:
     with bad_input("--grid"):
         grid = grid_of(args.grid)
     if args.out is not None:
-        _import_figures()
+        import_figures()
         with bad_input("--out"):
             check_folder(args.out, ["calibration.csv"], force=args.force)
     where = _where(args)
@@ -157,13 +156,6 @@ def run(args: Namespace) -> int:
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0
-
-
-def _import_figures() -> None:
-    try:
-        from softvox_view.figures import style  # noqa: F401, before all that imports matplotlib
-    except ModuleNotFoundError as error:
-        raise BadInputError(missing("--out", error)) from error
 
 
 def _where(args: Namespace) -> Reality | None:

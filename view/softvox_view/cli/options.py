@@ -1,4 +1,4 @@
-"""Folders of results, an option of several commands."""
+"""What several commands share: folders of results, and what --out needs."""
 
 from __future__ import annotations
 
@@ -15,6 +15,14 @@ if TYPE_CHECKING:
 
 #: What reads them.
 LIBRARIES = ("msgspec", "pandas", "pyarrow")
+
+
+def import_figures() -> None:
+    """Import what draws the figures of --out; BadInputError, before the work, where it can't be."""
+    try:
+        from softvox_view.figures import style  # noqa: F401, before all that imports matplotlib
+    except ModuleNotFoundError as error:
+        raise BadInputError(missing("--out", error)) from error
 
 
 def add_results(parser: ArgumentParser, what_for: str) -> None:

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from softvox_gym.calibration import PER_CYCLE, WITHIN, Calibration
+from softvox_gym.calibration import Calibration
 from softvox_gym.design import Design
-from softvox_gym.real_tracks import RealTrack, as_csv, compare
+from softvox_gym.real_tracks import PER_CYCLE, WITHIN, RealTrack, as_csv, compare
 from softvox_gym.simulation import simulate
 from softvox_search.report.style import grid
 from softvox_view.figures import Drawing, style

@@ -34,16 +34,23 @@ def put(
         size = np.divide(text.get_window_extent().size, axis.bbox.size)
         across, up = (np.arange(ROOM, 1 - ROOM - side, STEP) for side in size)
         low = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
+        # The points of lines that a word covers are those in its columns and in its rows.
+        columns, rows = (
+            ((along > at - ROOM) & (along < at + side + ROOM)).astype(np.float64)
+            for along, at, side in zip(
+                lines.T, (across[:, np.newaxis], up[:, np.newaxis]), size, strict=True
+            )
+        )
+        covered = (rows @ columns.T).ravel()
         for box in clear:
-            low = low[np.any((low + size + ROOM < box[:2]) | (low - ROOM > box[2:]), axis=1)]
+            is_free = np.any((low + size + ROOM < box[:2]) | (low - ROOM > box[2:]), axis=1)
+            low, covered = low[is_free], covered[is_free]
         if not len(low):
             text.remove()
             continue
-        corners = low[:, np.newaxis]
-        inside = (lines > corners - ROOM) & (lines < corners + size + ROOM)
         ends = np.clip(place, low, low + size)
         away = np.hypot(*(ends - place).T)
-        best = np.argmin(away + DETOUR * inside.all(axis=2).sum(axis=1))
+        best = np.argmin(away + DETOUR * covered)
         text.set(position=low[best], zorder=6)
         clear = np.concatenate([clear, [[*low[best], *(low[best] + size)]]])
         if away[best] > far:

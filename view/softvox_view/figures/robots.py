@@ -140,7 +140,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
     present = result.designs[:, np.newaxis] != ABSENT
     cubes = np.where(present, (frames.edge[:, shown] / physics.edge) ** 3, 0.0)
     sites = (-3, -2, -1)
-    return cycle[shown], cubes.sum(axis=sites) / present.sum(axis=sites)
+    return cycle[shown], cubes.sum(axis=sites) / np.maximum(present.sum(axis=sites), 1)
 
 
 def draw_volume(_: Inputs) -> Figure:

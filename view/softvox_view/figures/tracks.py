@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from softvox_gym.design import Design
+from softvox_gym.design import Design, called
 from softvox_gym.landscapes import landscape
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import (
@@ -66,6 +66,9 @@ MARGIN = 0.12
 #: cm; a scale is no finer than this, however little the robots travel.
 LEAST_HALF = 0.5
 
+#: A track has at most as many pieces of a colour, or vector pictures of many tracks were large.
+SEGMENTS = 240
+
 #: Cycles between the marks of time on tracks that are compared.
 MARKED = 5
 
@@ -86,7 +89,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What a panel shows: tracks in cm from the start, shape (m, 2).
+    """What a panel shows: tracks from the start, shape (m, 2), in the unit.
 
     Fitness is text; tipped is the cycle in which the simulated robot falls on another side, or 0.
     """
@@ -98,6 +101,7 @@ class Panel:
     simulated: Array
     real: list[RealTrack]
     compared: list[Compared]
+    unit: str = "cm"
 
     @property
     def cycle(self) -> Array:
@@ -106,13 +110,13 @@ class Panel:
 
     @property
     def points(self) -> Array:
-        """All points of all tracks, cm, shape (n, 2)."""
+        """All points of all tracks, shape (n, 2)."""
         points: Array = np.concatenate([self.simulated, *(track.position for track in self.real)])
         return points
 
     @property
     def tip(self) -> Array:
-        """Where the robot falls on another side: in the middle of that cycle, cm, shape (2,)."""
+        """Where the robot falls on another side: in the middle of that cycle, shape (2,)."""
         return np.asarray(self.simulated[round((self.tipped - 0.5) * PER_CYCLE)])
 
     def shares(self, points: Any, half: float) -> Array:
@@ -172,7 +176,12 @@ def draw_pages(
         )
         for letter, design in zip(NAMES, designs, strict=False)
     ]
-    half = max(map(half_side, simulated.values()))
+    return paged(name, panels)
+
+
+def paged(name: str, panels: Sequence[Panel], *, half: float = 0.0) -> dict[str, Figure]:
+    """Draw panels; returns the pages by file name. They share a scale, of at least half a side."""
+    half = max(half, *(half_side(panel.simulated) for panel in panels))
     return {
         f"{name}_{1 + first // PER_PAGE}" if first else name: draw_page(
             panels[first : first + PER_PAGE], half
@@ -232,10 +241,10 @@ def tipping_cycles(result: Result) -> list[int]:
 
 
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
-    """Draw a page; a panel that needs more than half a side, cm, has a scale of its own."""
+    """Draw a page; a panel that needs more than half a side has a scale of its own."""
     rows = -(-len(panels) // ACROSS)
     is_compared = any(panel.real for panel in panels)
-    height = rows * ROW + FOOT + LEGEND
+    height = rows * ROW + FOOT + (2 if is_compared else 1) * LEGEND
     made = style.figure(style.WIDTH, height, layout="compressed")
     axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
     for axis in axes[len(panels) :]:
@@ -246,8 +255,8 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
         own = max(half, half_side(panel.points))
         line = _tracks(axis, panel, cycles)
         words.append(_frame(axis, panel, own, has_own_scale=own > half))
-    made.supxlabel("x, cm")
-    made.supylabel("y, cm")
+    made.supxlabel(f"x, {panels[0].unit}")
+    made.supylabel(f"y, {panels[0].unit}")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
     title = [FITNESS_ABOVE] if panels[0].fitness else []
@@ -279,8 +288,10 @@ def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
     """Draw the tracks, in the colours of so many cycles."""
     ours = panel.simulated
     colours = style.on_white(style.TIME)
-    segments = np.stack([ours[:-1], ours[1:]], axis=1)
-    line = LineCollection(list(segments), cmap=colours, array=panel.cycle[:-1], lw=1.6)
+    starts = np.arange(0, len(ours) - 1, -(-len(ours) // SEGMENTS))
+    segments = np.split(ours, starts[1:] + 1)
+    segments[1:] = [np.vstack([ours[i], s]) for i, s in zip(starts[1:], segments[1:], strict=True)]
+    line = LineCollection(segments, cmap=colours, array=panel.cycle[starts], lw=1.6)
     line.set_clim(0, cycles)
     axis.add_collection(line)
     for track in panel.real:
@@ -311,7 +322,7 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
     axis.grid(color="#E6E6E6", lw=0.5)
     axis.set_axisbelow(True)
     axis.locator_params(nbins=5)
-    axis.set_title(f"{panel.name}  {panel.design.index}{panel.fitness}", loc="left")
+    axis.set_title(f"{panel.name}  {short(str(called(panel.design)))}{panel.fitness}", loc="left")
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
     # As many points of each track, however often it was looked at.
@@ -354,4 +365,4 @@ def errors(compared: Sequence[Compared]) -> str:
     """Return the means over the trials of a design, the angle over those that have one."""
     angles = [row.angle for row in compared if not np.isnan(row.angle)]
     angle = f"{np.mean(angles):.0f}\N{DEGREE SIGN}, " if angles else ""
-    return f"{angle}RMS {np.mean([row.rms_error for row in compared]):.2f} cm"
+    return f"{angle}RMS {np.mean([row.rms_error for row in compared]):.2f}"

@@ -74,6 +74,17 @@ class Eea(Method):
         """Which models are the ensemble: those with the least misfit, the first of equal ones."""
         return best_first(-self._misfit)[: self._size]
 
+    @property
+    def weights(self) -> Array:
+        """How likely the models of the ensemble are, shape (ensemble,).
+
+        As if what the best one misses were normal noise of dx and dy; alike before any test.
+        """
+        misfit = self._misfit[self.kept]
+        variance = max(float(misfit.min()) / max(2 * len(self.tests), 1), LEAST_VARIANCE)
+        weights = np.exp(-(misfit - misfit.min()) / (2 * variance))
+        return np.asarray(weights / weights.sum())
+
     def ask(self) -> int:
         """Return the next test."""
         left = self.untested()
@@ -106,21 +117,11 @@ class Eea(Method):
 
     def predict(self) -> Array:
         """Return the ensemble's mean displacement."""
-        return np.asarray(np.tensordot(self._weights(), self._library.displacement[self.kept], 1))
+        return np.asarray(np.tensordot(self.weights, self._library.displacement[self.kept], 1))
 
     def models(self) -> Array:
         """Return the library."""
         return self._library.displacement
 
     def _expected(self) -> Array:
-        return np.asarray(np.tensordot(self._weights(), self._rewards[self.kept], 1))
-
-    def _weights(self) -> Array:
-        """Return how likely the models of the ensemble are, shape (ensemble,).
-
-        As if what the best one misses were normal noise of dx and dy; alike before any test.
-        """
-        misfit = self._misfit[self.kept]
-        variance = max(float(misfit.min()) / max(2 * len(self.tests), 1), LEAST_VARIANCE)
-        weights = np.exp(-(misfit - misfit.min()) / (2 * variance))
-        return np.asarray(weights / weights.sum())
+        return np.asarray(np.tensordot(self.weights, self._rewards[self.kept], 1))

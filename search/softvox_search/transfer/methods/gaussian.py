@@ -170,6 +170,10 @@ class Ite(Method):
         """Return the process's mean."""
         return self.process.mean * self._unit
 
+    def deviation(self) -> Array:
+        """Return the process's standard deviation, voxel widths, shape (6561,)."""
+        return self.process.deviation * self._unit
+
     def _behaviour(self) -> Distances:
         moved = self.simulator.landscape()[:, :2]
         moved = moved / max(float(np.hypot(*moved.T).max()), 1e-12)

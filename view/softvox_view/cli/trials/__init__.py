@@ -11,9 +11,9 @@ from functools import partial
 from typing import Any
 
 from softvox_gym.cli.parser import Parser
-from softvox_view.cli.trials import add, database
+from softvox_view.cli.trials import add, compare, database, next
 
-SUBCOMMANDS = (add, database)
+SUBCOMMANDS = (add, database, compare, next)
 
 DESCRIPTION = """\
 Keep runs of robots, real or simulated, in a folder of small text files, one per

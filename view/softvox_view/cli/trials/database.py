@@ -11,15 +11,22 @@ from typing import Any
 
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import called
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
-from softvox_gym.lattice import Lattice
 from softvox_gym.missing import missing
 from softvox_gym.real_tracks import heading
 from softvox_gym.trials.database import check, merge
 from softvox_gym.trials.export import as_json_lines, as_parquet
 from softvox_gym.trials.trial import Trial
-from softvox_view.cli.trials.options import add_folders, add_into, folders_of, read_folders
+from softvox_view.cli.trials.options import (
+    add_filters,
+    add_folders,
+    add_into,
+    chosen,
+    folders_of,
+    read_folders,
+)
 
 CHECK = """\
 Say all that is wrong in folders of trials, and between them, a line for each
@@ -86,10 +93,7 @@ def add_parser(commands: Any) -> None:
         usage="softvox trials list [DIR ...] [options]",
     )
     add_folders(parser)
-    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
-    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
-    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
-    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
+    add_filters(parser)
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(run=run_list, parser=parser)
 
@@ -134,7 +138,7 @@ def run_merge(args: Namespace) -> int:
 def run_list(args: Namespace) -> int:
     """Print the table."""
     every = read_folders(args)
-    trials = [trial for trial in every if _is_asked_for(trial, args)]
+    trials = chosen(every, args)
     if args.json:
         print(json.dumps([_record(trial) for trial in trials], indent=2, ensure_ascii=False))
     elif trials:
@@ -185,24 +189,10 @@ def _record(trial: Trial) -> dict[str, Any]:
     """Return what a trial's file says, but for the track, of which it has the end."""
     return {
         **{"digest": trial.digest, **trial.facts},
-        **{"design": _design(trial), "digits": trial.design.digits},
+        **{"design": called(trial.design), "digits": trial.design.digits},
         "distance": math.hypot(*trial.displacement),
         "heading": plain(heading(trial.displacement)),
     }
-
-
-def _design(trial: Trial) -> int | str:
-    """Return a design as people call it: its number, and on another lattice its digits."""
-    return trial.design.index if trial.design.lattice == Lattice() else trial.design.digits
-
-
-def _is_asked_for(trial: Trial, args: Namespace) -> bool:
-    return (
-        args.design in (None, str(_design(trial)), trial.design.digits)
-        and args.source in (None, trial.source)
-        and (args.surface or "").casefold() in trial.surface.casefold()
-        and (args.who or "").casefold() in trial.who.casefold()
-    )
 
 
 def _short(text: str) -> str | None:

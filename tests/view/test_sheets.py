@@ -1,0 +1,251 @@
+import random
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from cli_process import softvox
+from matplotlib.colors import to_hex
+from matplotlib.patches import Rectangle
+from view.figure_labels import check_labels, texts_of
+
+import softvox_gym
+from softvox_gym import Design
+from softvox_gym.build import bill, plan
+from softvox_gym.lattice import Lattice
+from softvox_view.figures.pages import LINE, SIZE, style, width_of, wrapped
+from softvox_view.figures.sheets import MOST, draw_batch, draw_sheet, facts_of, write
+from softvox_view.figures.slices import BLUE, PINK
+
+
+def drawn_at_random(shape, seed, phases=1):
+    lattice, dice = Lattice.of(shape, phases=phases), random.Random(seed)
+    digits = [dice.choice([0, 1, *range(2, 2 + phases), 2, 2]) for _ in range(lattice.sites)]
+    return Design(digits, shape=lattice)
+
+
+ROBOTS = {
+    "the best": Design(6453),
+    "the second": Design(4295),
+    "four groups": Design("02211220"),
+    "passive": Design("11110000"),
+    "empty": Design(0),
+    "buried": Design("1" * 13 + "2" + "1" * 13, shape=(3, 3, 3)),
+    "six groups": Design("212121", shape=Lattice.of((3, 2, 1))),
+    "phases": drawn_at_random((2, 2, 2), 3, phases=4),
+    "flat": Design("2020010022" * 2, shape=(10, 2, 1)),
+    "tall": Design("212121212", shape=(1, 1, 9)),
+    "large": Design("1" * 36 + 18 * "210220", shape=(6, 6, 4)),
+}
+
+
+@cache
+def sheet(name):
+    design = ROBOTS[name]
+    return draw_sheet(plan(design), facts_of([design])[0])
+
+
+def words_of(figures):
+    return " ".join(text.get_text() for figure in figures for text in texts_of(figure))
+
+
+@pytest.mark.parametrize("name", [name for name in ROBOTS if name != "the second"])
+def test_no_text_lies_on_another_or_off_the_page_and_all_can_be_read(name):
+    for figure in sheet(name):
+        assert tuple(figure.get_size_inches() * 25.4) == pytest.approx((210, 297))
+        with style():
+            check_labels(figure)
+        assert min(text.get_fontsize() for text in texts_of(figure)) >= SIZE
+
+
+def test_a_robot_of_the_benchmark_has_one_page_and_a_large_one_has_more():
+    assert [len(sheet(name)) for name in ("the best", "four groups", "buried")] == [1, 1, 1]
+    first, second, *_ = sheet("large")
+    assert "Robot on 6x6x4, page 2" in words_of([second])
+    assert "page" not in words_of([first])
+    numbers = [text.get_text() for page in sheet("large") for text in texts_of(page)]
+    steps = len(plan(ROBOTS["large"]).steps)
+    assert steps >= 10
+    assert str(steps) in numbers  # two digits, on one line
+
+
+def test_the_batch_has_the_bill_and_every_robot():
+    plans = [plan(ROBOTS[name]) for name in ("the best", "four groups", "tall")]
+    figures = draw_batch(plans, bill(plans, 40))
+    for figure in figures:
+        with style():
+            check_labels(figure)
+    words = words_of(figures)
+    takes = bill(plans, 40)
+    assert f"{takes.total_usd:,.2f} USD to buy" in words
+    for word in ("Batch of 120 robots", "40 of each", "6453", "02211220", "Arduino Uno", "1 of"):
+        assert word in words
+
+
+def test_a_slice_is_as_it_is_seen_from_below():
+    """x goes to the left, y up: sites, colours, letters, holes and inlets."""
+    design = Design("210020" + "000000", shape=(3, 2, 2))  # active, passive, -; -, active, -
+    one = plan(design)
+    (figure,) = draw_sheet(one, facts_of([design])[0])
+    axis = figure.axes[0]
+    at = {}
+    for text in axis.texts:
+        if re.fullmatch(r"\d,\d", text.get_text()):
+            at[text.get_text()] = np.array(text.get_position())
+    assert set(at) == {"0,0", "1,0", "1,1"}
+    assert at["1,0"][0] < at["0,0"][0]  # x to the left
+    assert at["1,0"][1] == at["0,0"][1]
+    assert at["1,1"][1] < at["1,0"][1]  # y up, as lengths go down the page
+    assert at["1,1"][0] == at["1,0"][0]
+    side = at["0,0"][0] - at["1,0"][0]
+    assert at["1,0"][1] - at["1,1"][1] == pytest.approx(side)
+    for name, colour in (("0,0", PINK), ("1,0", BLUE), ("1,1", PINK)):
+        around = [
+            to_hex(patch.get_facecolor()).upper()
+            for patch in axis.patches
+            if isinstance(patch, Rectangle)
+            and patch.get_width() == pytest.approx(side)
+            and np.all(np.abs(np.array(patch.get_center()) - at[name]) < side / 2)
+            and patch.get_facecolor()[3]
+        ]
+        assert around == [colour]
+    letters = {
+        text.get_text(): np.array(text.get_position())
+        for text in axis.texts
+        if text.get_text() in ("A", "B") and text.get_fontsize() > SIZE
+    }
+    for letter, name in (("A", "0,0"), ("B", "1,1")):
+        assert np.all(np.abs(letters[letter] - at[name]) < side / 2)
+    # An inlet's arrow goes against the outward normal, as seen from below, onto the face's middle.
+    ends = [(np.array(t.xyann), np.array(t.xy)) for t in axis.texts if getattr(t, "arrow_patch", 0)]
+    for group, name in zip(one.groups, ("0,0", "1,1"), strict=True):
+        x, y, _ = group.inlet.face
+        outward = np.array([-x, -y])
+        middle = at[name] - (0, 0.19 * side) + outward * side / 2
+        (start,) = [start for start, end in ends if np.allclose(end, middle)]
+        assert np.allclose((start - middle) / np.linalg.norm(start - middle), outward)
+
+
+def test_a_hole_is_on_the_face_that_two_active_neighbours_share():
+    (figure,) = draw_sheet(plan(Design("22100000")), facts_of([Design("22100000")])[0])
+    axis = figure.axes[0]
+    at = {t.get_text(): np.array(t.get_position()) for t in axis.texts}
+    white = [line for line in axis.lines if line.get_color() == "white" and len(line.get_xydata())]
+    middles = [line.get_xydata().mean(axis=0) for line in white]
+    shared = (at["0,0"] + at["1,0"]) / 2
+    assert sum(abs(m[0] - shared[0]) < 1e-9 and abs(m[1] - shared[1]) < 0.2 for m in middles) == 1
+    assert len(middles) == 2  # that, and the one of the key
+
+
+def test_a_sheet_says_what_the_simulator_expects():
+    (facts, still) = facts_of([Design(6453), Design("11110000")])
+    table = softvox_gym.landscape()
+    assert facts.fitness == table["fitness"][6453]
+    assert facts.heading == pytest.approx(
+        np.degrees(np.arctan2(table["dy"][6453], table["dx"][6453]))
+    )
+    assert facts.volume_at(0.25) == pytest.approx(1 + 0.8 * 0.9, abs=1e-3)
+    assert still.heading is None
+    words = words_of(sheet("the best"))
+    assert f"{facts.fitness:.2f} voxel widths, \N{MINUS SIGN}135\N{DEGREE SIGN}" in words
+    assert "1.01 1.72 1.01 1.01" in words
+    assert "no heading" in words_of(sheet("passive"))
+    assert facts_of([]) == []
+
+
+def test_the_map_shows_the_heading_from_above():
+    """6453 goes to the lower left there, and 4295 to the upper right."""
+    for name, sign in (("the best", -1), ("the second", 1)):
+        (figure,) = sheet(name)
+        ends = [
+            np.subtract(t.xy, t.xyann)
+            for t in figure.axes[0].texts
+            if getattr(t, "arrow_patch", None) and t.arrow_patch.get_linewidth() == 1.4
+        ]
+        ((x, y),) = ends
+        assert x * sign > 0
+        assert y * sign < 0  # lengths go down the page
+
+
+def test_a_robot_that_cant_be_built_says_why_and_has_no_steps():
+    one = plan(ROBOTS["buried"])
+    words = words_of(sheet("buried"))
+    assert "can't be built" in words
+    assert "buried" in one.problems[0]
+    assert "".join(one.problems[0].split()) in "".join(words.split())
+    assert "z = 1" in words
+    assert "Order of assembly" not in words
+    assert "Order of assembly" in words_of(sheet("the best"))
+
+
+def test_a_robot_that_diverges_has_a_sheet():
+    (facts,) = facts_of([Design(6453)])
+    lost = replace(facts, fitness=np.nan, heading=None, volume=facts.volume * np.nan)
+    (figure,) = draw_sheet(plan(Design(6453)), lost)
+    assert "the simulation diverges" in words_of([figure])
+
+
+def test_too_wide_a_lattice_is_refused():
+    shape = (MOST + 1, 1, 1)
+    design = Design("2" * (MOST + 1), shape=shape)
+    with pytest.raises(ValueError, match=f"up to {MOST} sites along x and y, got 11x1x1"):
+        draw_sheet(plan(design), facts_of([design])[0])
+
+
+@pytest.mark.parametrize("form", ["pdf", "svg"])
+def test_files_are_the_same_on_every_run_and_have_no_date(form):
+    names = ["six groups", "buried", "empty"] if form == "pdf" else ["six groups"]
+    content = write((page for name in names for page in sheet(name)), form)
+    again = draw_sheet(plan(ROBOTS[names[0]]), facts_of([ROBOTS[names[0]]])[0])
+    assert write([*again, *(page for name in names[1:] for page in sheet(name))], form) == content
+    assert not re.search(rb"CreationDate|Producer|Creator|dc:|matplotlib.org", content)
+    if form == "pdf":
+        assert len(re.findall(rb"/Type /Page\b", content)) == 3
+        # Regular and bold: their letters, and perhaps their other characters apart.
+        assert content.count(b"/FontFile2") <= 4
+        assert b"/Type3" not in content
+
+
+def test_a_web_page_is_complete_and_prints_a_page_per_sheet():
+    pages = [*sheet("passive"), *sheet("buried")]
+    content = write(pages, "html").decode()
+    assert write(pages, "html").decode() == content
+    links = set(re.findall(r"\w+://[^\s\"')]+", content))
+    assert links == {
+        "http://www.w3.org/1999/xlink",
+        "http://www.w3.org/2000/svg",
+    }  # names, not links
+    assert content.count("<svg") == content.count("</svg>") == 2
+    assert "break-after: page" in content
+    assert "<title>Robot 40 and 1 more page</title>" in content
+    assert content.count("@font-face") == 2
+    assert ">Order of assembly</text>" in content
+
+
+def test_what_cant_be_written_is_refused():
+    page = sheet("empty")[0]
+    with pytest.raises(ValueError, match="an SVG holds one page"):
+        write([page, page], "svg")
+    with pytest.raises(ValueError, match="form must be one of pdf, svg, html, got 'png'"):
+        write([page], "png")
+    for form in ("pdf", "svg", "html"):
+        with pytest.raises(ValueError, match="there is no page"):
+            write([], form)
+
+
+def test_the_command_draws_them_whatever_mplbackend_names(tmp_path):
+    done = softvox("build", "6453", "--out", "own.svg", cwd=tmp_path, MPLBACKEND="no_such")
+    assert done.returncode == 0
+    assert (tmp_path / "own.svg").read_bytes() == write(sheet("the best"), "svg")
+
+
+def test_text_is_wrapped_between_words_and_never_within_a_place():
+    text = "punch 2 holes: (1, 0, 1) - (1, 1, 1), (0, 1, 1) - (1, 1, 1). " + 30 * "0123456789"
+    for width in (0.8, 1.5, 3.0):
+        lines = wrapped(text, width)
+        assert max(map(width_of, lines)) <= width
+        assert "".join("".join(lines).split()) == "".join(text.split())
+        assert "(1, 0, 1)" in "\n".join(lines)
+    assert wrapped("", 1) == []
+    assert LINE > SIZE / 72

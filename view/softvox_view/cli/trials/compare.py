@@ -1,0 +1,145 @@
+"""softvox trials compare: trials held against the simulator, and against each other."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from softvox_gym.cli.parser import add_physics, add_threads, named, physics_of
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.files import check_folder, write_folder
+from softvox_gym.physics import Physics
+from softvox_gym.progress import Progress
+from softvox_gym.realities import Reality, reality
+from softvox_gym.trials.comparison import MEANING, Comparison, compare
+from softvox_view.cli.options import import_figures
+from softvox_view.cli.trials.options import add_filters, add_folders, chosen, read_folders
+
+TABLE, PAGE = "comparison.csv", "compare.html"
+
+DESCRIPTION = f"""\
+Hold the trials of every design against how the simulator moves it, those under
+one condition (source, surface, powder, pressure, frequency) together, and
+against each other: repeatability is the yardstick of every error.
+
+Real and simulated robots are compared after as many cycles as the shortest
+trial of the design has; with --cycles 23 after 23 of both; with --cycles 90:23
+after 90 real and 23 simulated ones, as the paper did.
+
+{fill(MEANING, 79)}
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the subcommand."""
+    parser = commands.add_parser(
+        "compare",
+        help="hold trials against the simulator, and against each other",
+        description=DESCRIPTION,
+        usage="softvox trials compare [DIR ...] [--cycles C] [--out DIR] [options]",
+    )
+    add_folders(parser)
+    parser.add_argument(
+        "--cycles", metavar="C", help="N or REAL:SIMULATED (default: those of the trials)"
+    )
+    parser.add_argument("--reality", metavar="NAME", help="against one of softvox reality --list")
+    parser.add_argument("--json", action="store_true", help="print JSON, with all numbers")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"also write {PAGE}, its figures as PNG and PDF, and {TABLE} into this folder",
+    )
+    parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_threads(parser)
+    add_filters(parser)
+    add_physics(parser)
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(args: Namespace) -> int:
+    """Check everything, simulate, draw, write all files at once, then print."""
+    world = _world(args)
+    if args.out is not None:
+        import_figures()
+        with bad_input("--out"):
+            check_folder(args.out, [TABLE, PAGE], force=args.force)
+    every = read_folders(args)
+    trials = chosen(every, args)
+    if every and not trials:
+        raise BadInputError(
+            f"none of the {len(every)} trials is as the options say; softvox trials list shows all"
+        )
+    with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="robots") as progress:
+        made = compare(trials, world, cycles=args.cycles, threads=args.threads, progress=progress)
+    if args.out is not None:
+        _write(args, made)
+    if args.json:
+        print(json.dumps(as_dict(made), indent=2, allow_nan=False))
+        return 0
+    print(head(made))
+    for condition in made.conditions:
+        section = made.section(condition)
+        print(f"\n{section.title}\n{section.text()}")
+    if args.out is not None:
+        print(f"\nwrote {args.out}")
+    return 0
+
+
+def head(made: Comparison) -> str:
+    """Return what is compared, in words."""
+    short = f" {len(made.left_out)} trials are shorter, and left out." if made.left_out else ""
+    lost = sum(row.diverged for row in made.rows)
+    still = f" {lost} simulated robots diverge, and stand still." if lost else ""
+    return f"Simulator: {made.world.name}. Compared: {made.about_cycles}.{short}{still}"
+
+
+def as_dict(made: Comparison) -> dict[str, Any]:
+    """Return a comparison as JSON has it."""
+    return {
+        "simulator": made.world.name,
+        **made.world.to_dict(),
+        "cycles": made.about_cycles,
+        "left_out": sorted(trial.digest for trial in made.left_out),
+        "conditions": [
+            {**condition._asdict(), **section.facts, "rows": section.records()}
+            for condition in made.conditions
+            for section in [made.section(condition)]
+        ],
+    }
+
+
+def _world(args: Namespace) -> Reality:
+    """Return the simulator that the options ask for."""
+    if args.duration is not None:
+        raise BadInputError("--duration is that of the trials; leave it out, and give --cycles")
+    physics = physics_of(args)
+    if args.reality is None:
+        return Reality(named(physics, args.physics), physics)
+    if physics != Physics.published():
+        raise BadInputError("--reality and the physics both say what is simulated; give one")
+    with bad_input("--reality:"):
+        return reality(args.reality)
+
+
+def _write(args: Namespace, made: Comparison) -> None:
+    from softvox_view.figures import Drawing, files_of
+    from softvox_view.figures.style import FORMATS
+    from softvox_view.figures.trials import draw_comparison, page
+
+    with bad_input("--out:"):
+        drawing = Drawing(draw_comparison(made))
+    files = files_of(drawing, list(FORMATS))
+    inline = files_of(drawing, ["svg"])
+    text = {PAGE: page(made, head(made), inline), TABLE: made.section().csv()}
+    with bad_input("--out"):
+        write_folder(args.out, {**files, **text}, force=args.force)
+    for name in ("tracks", "headings"):  # of an earlier comparison, which had more pages
+        for old in args.out.glob(f"{name}_[0-9]*.p[dn][fg]"):
+            if old.name not in files:
+                old.unlink()

@@ -1,0 +1,313 @@
+"""Pages for print: A4, filled from the top with blocks and wrapped text; and the files of them."""
+
+from __future__ import annotations
+
+import io
+import re
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from html import escape
+from itertools import chain
+from typing import Any
+
+import matplotlib
+import numpy as np
+from fontTools import subset
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.patches import Rectangle
+from matplotlib.textpath import text_to_path
+from numpy.typing import ArrayLike
+
+from softvox_search.report.style import FORMATS, Look, encoded
+from softvox_search.report.style import style as project_style
+from softvox_view.figures.style import INK, figure
+
+#: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
+WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
+LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.45, HEIGHT - 0.45
+
+#: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
+SIZE = 8.0
+LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
+
+#: Between texts beside each other.
+GAP = 0.08
+
+#: Lines of a text that are not parted by the end of a page.
+TOGETHER = 6
+
+#: What is on one line: a voxel's place, a temperature, any other word.
+_WORDS = r"\(\d+, \d+, \d+\)\S*|\d+ \N{DEGREE SIGN}C\S*|\S+"
+
+#: A context manager to draw pages within: the project's style, in the size of print.
+style = partial(
+    project_style,
+    Look(dpi=150, font=SIZE, widest=WIDTH),
+    {"axes.grid": False, "hatch.linewidth": 0.6},
+)
+
+_HTML = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<title>{title}</title>
+<style>
+{fonts}
+@page {{ size: A4; margin: 0 }}
+body {{ margin: 0; background: #ddd }}
+svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background: white }}
+@media print {{ svg {{ margin: 0; break-after: page }} body {{ background: none }} }}
+</style>
+{pages}
+</html>
+"""
+
+
+@lru_cache(maxsize=65536)
+def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
+    """Return how wide a text is."""
+    font = FontProperties(size=size, weight=weight)
+    wide, _, _ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
+    return float(wide) / 72
+
+
+def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
+    """Return the lines of a text; a word that is wider than a line is broken."""
+    lines = [""]
+    for word in re.findall(_WORDS, text):
+        longer = f"{lines[-1]} {word}".lstrip()
+        if width_of(longer, weight=weight) <= width:
+            lines[-1] = longer
+            continue
+        if width_of(word, weight=weight) <= width:
+            lines.append(word)
+            continue
+        lines[-1] = f"{lines[-1]} ".lstrip()
+        for letter in word:
+            if width_of(lines[-1] + letter, weight=weight) > width:
+                lines.append("")
+            lines[-1] += letter
+    return [line for line in lines if line]
+
+
+@dataclass
+class Pages:
+    """Pages as figures, each of one `Axes` in inches, y downwards; made as they are needed.
+
+    Parameters
+    ----------
+    title : str
+        Of the first page; the others say that they go on.
+    """
+
+    title: str
+    figures: list[Figure] = field(default_factory=list)
+
+    def axis(self, page: int) -> Axes:
+        """Return what is drawn on for a page."""
+        while page >= len(self.figures):
+            self.figures.append(self._page())
+        return self.figures[page].axes[0]
+
+    def _page(self) -> Figure:
+        made = figure(WIDTH, HEIGHT, layout=None)
+        made.set_label(self.title)
+        axis = made.add_axes((0, 0, 1, 1))
+        axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
+        axis.set_axis_off()
+        if self.figures:
+            title = f"{self.title}, page {len(self.figures) + 1}"
+            axis.text(LEFT, HEAD, title, weight="bold", va="bottom")
+        return made
+
+
+@dataclass
+class Column:
+    """A column of pages, filled from the top; what has no room goes to the next page."""
+
+    pages: Pages
+    left: float = LEFT
+    right: float = RIGHT
+    page: int = 0
+    top: float = HEAD
+
+    def room(self, height: float) -> tuple[Axes, float]:
+        """Take so much height; return what to draw on and where that begins."""
+        if self.top + height > FOOT and self.top > HEAD:
+            self.page, self.top = self.page + 1, HEAD + LINE
+        axis, top = self.pages.axis(self.page), self.top
+        self.top += height
+        return axis, top
+
+    def keep(self, height: float) -> None:
+        """Go to the next page unless there is so much room."""
+        self.room(height)
+        self.top -= height
+
+    def gap(self, height: float) -> None:
+        """Leave some room, if the page does not end before."""
+        self.top = min(self.top + height, FOOT)
+
+    def row(
+        self, *cells: tuple[float, str], weight: str = "normal", end: float | None = None
+    ) -> tuple[Axes, float]:
+        """Write texts beside each other, each from so far right of the column's left side.
+
+        Each is wrapped before the next begins, the last before an end. Returns what the first line
+        is on, and its foot.
+        """
+        first: tuple[Axes, float] | None = None
+        ends = [left for left, _ in cells[1:]] + [end or self.right - self.left + GAP]
+        lines = [
+            wrapped(text, end - left - GAP, weight=weight)
+            for (left, text), end in zip(cells, ends, strict=True)
+        ]
+        count = max([1, *map(len, lines)])
+        self.keep(min(count, TOGETHER) * LINE)
+        for i in range(count):
+            axis, top = self.room(LINE)
+            for (left, _), own in zip(cells, lines, strict=True):
+                if i < len(own):
+                    place = self.left + left, top + ASCENT
+                    axis.text(*place, own[i], weight=weight, va="baseline")
+            first = first or (axis, top + ASCENT)
+        assert first is not None
+        return first
+
+    def table(
+        self, at: Sequence[float], *rows: Sequence[str], end: float | None = None, gap: float = 0
+    ) -> list[tuple[Axes, float]]:
+        """Write rows of texts as `row` does, the first bold, with a gap between them, lines."""
+        made = []
+        for i, texts in enumerate(rows):
+            self.gap(gap * LINE if i else 0)
+            weight = "normal" if i else "bold"
+            made.append(self.row(*zip(at, texts, strict=False), weight=weight, end=end))
+        return made
+
+    def numbered(self, items: Iterable[str], gap: float = 0) -> None:
+        """Write a list of which the items have numbers, with a gap between them, lines."""
+        for i, item in enumerate(items, start=1):
+            self.gap(gap * LINE if i > 1 else 0)
+            self.row((0, str(i)), (0.28, item))
+
+    def title(self) -> None:
+        """Write the pages' title, and who builds and when."""
+        axis, top = self.room(0.36)
+        axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
+        for right, words in ((1.2, f"built by {20 * '_'}"), (0, f"date {12 * '_'}")):
+            axis.text(self.right - right, top + 0.22, words, ha="right", va="baseline")
+        rule(axis, self.left, self.right, top + 0.32, lw=1.2)
+
+    def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
+        """Write a heading over a line, on the page of what follows."""
+        self.gap(LINE)
+        self.keep(1.6 * LINE + follows)
+        axis, top = self.room(1.6 * LINE)
+        axis.text(self.left, top + ASCENT, text, weight="bold", size=9, va="baseline")
+        rule(axis, self.left, self.right, top + 1.25 * LINE)
+
+    def halves(self, share: float, gutter: float = 0.3) -> tuple[Column, ...]:
+        """Return two columns beside each other from here on, the left one of a share."""
+        middle = self.left + share * (self.right - self.left)
+        left, right = (self.left, middle - gutter / 2), (middle + gutter / 2, self.right)
+        return tuple(Column(self.pages, *sides, self.page, self.top) for sides in (left, right))
+
+    def below(self, *columns: Column) -> None:
+        """Go on where the last of some columns ends."""
+        self.page, self.top = max((column.page, column.top) for column in columns)
+
+
+def rule(axis: Axes, left: float, right: float, y: float, **options: Any) -> None:
+    """Draw a thin line across."""
+    axis.plot((left, right), (y, y), **{"color": INK, "lw": 0.6, **options})
+
+
+def label(axis: Axes, place: ArrayLike, text: str, **looks: Any) -> None:
+    """Write a text around a place."""
+    x, y = np.asarray(place)
+    axis.text(x, y, text, **{"ha": "center", "va": "center", **looks})
+
+
+def rectangle(axis: Axes, corner: ArrayLike, wide: float, high: float, **looks: Any) -> None:
+    """Draw a rectangle from its upper left corner."""
+    x, y = np.asarray(corner)
+    axis.add_patch(Rectangle((x, y), wide, high, **{"fc": "none", "ec": INK, **looks}))
+
+
+def box(axis: Axes, left: float, foot: float, side: float = 0.11) -> None:
+    """Draw a box to tick."""
+    rectangle(axis, (left, foot - side), side, side, lw=0.7)
+
+
+def write(pages: Iterable[Figure], form: str) -> bytes:
+    """Return pages as the bytes of a file, the same on every run.
+
+    Parameters
+    ----------
+    pages : iterable of Figure
+        They may be drawn one after the other: only one is kept at a time.
+    form : {"pdf", "svg", "html"}
+        SVG has one page; HTML is complete in itself and prints a page per sheet.
+
+    Raises
+    ------
+    ValueError
+        For another form, no page, or several in an SVG.
+    """
+    if form not in ("pdf", "svg", "html"):
+        raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
+    rest = iter(pages)
+    first = next(rest, None)
+    if first is None:
+        raise ValueError("there is no page to write")
+    if form == "svg":
+        if next(rest, None) is not None:
+            raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
+        return _svg(first, "path").encode()
+    return (_pdf if form == "pdf" else _html)(chain([first], rest))
+
+
+def _html(pages: Iterable[Figure]) -> bytes:
+    """Return pages as a web page with its fonts."""
+    titles, made = zip(
+        *((str(page.get_label()), _svg(page, "none")) for page in pages), strict=True
+    )
+    more = len(made) - 1
+    title = titles[0] + (f" and {more} more page{'s' * (more > 1)}" if more else "")
+    inline = "\n".join(one[one.index("<svg") :] for one in made)
+    fonts = "\n".join(_font(weight, inline) for weight in ("normal", "bold"))
+    return _HTML.format(title=escape(title), fonts=fonts, pages=inline).encode()
+
+
+def _font(weight: str, text: str) -> str:
+    """Return the style of a weight of the pages' font, with the glyphs of a text in it."""
+    path = findfont(FontProperties(weight=weight))
+    options = subset.Options(drop_tables=[*subset.Options().drop_tables, "FFTM"])
+    buffer, parts = io.BytesIO(), subset.Subsetter(options)
+    parts.populate(text=text)
+    with subset.load_font(path, options) as font:
+        parts.subset(font)
+        subset.save_font(font, buffer, options)
+    name, data = get_font(path).family_name, b64encode(buffer.getvalue()).decode()
+    source = f"url(data:font/ttf;base64,{data})"
+    return f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: {source} }}"
+
+
+def _pdf(pages: Iterable[Figure]) -> bytes:
+    """Return pages as a PDF, in which they share their fonts."""
+    buffer = io.BytesIO()
+    with style(), PdfPages(buffer, metadata=FORMATS["pdf"]) as file:
+        for page in pages:
+            file.savefig(page, dpi="figure")
+    return buffer.getvalue()
+
+
+def _svg(page: Figure, text: str) -> str:
+    """Return a page as SVG, with text as paths, or as text ("none")."""
+    with style(), matplotlib.rc_context({"svg.fonttype": text}):
+        return encoded(page, "svg").decode()
