@@ -221,7 +221,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             PIXELS + "0,0,0\n1,-1,0\n",
             {"scale": "1/9"},
-            r"line 3: \(-1, 0\) leaves the picture, which begins at 0, 0; correct the point, or",
+            r"line 3: \(-1, 0\) leaves the picture, which begins at 0, 0; correct it, or",
         ),
         (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "counts no frames; leave --fps out"),
         (files.DEEPLABCUT, {"scale": "1/9"}, "counts frames; give the frames per second .* --fps"),

@@ -11,8 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
-from softvox_gym.lattice import Lattice
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
 
 #: Of the files' names.
@@ -40,14 +40,9 @@ def shipped() -> Path:
 
 
 def read(*folders: Path) -> tuple[Trial, ...]:
-    """Read the trials of some folders.
+    """Return the trials of some folders, sorted by digest, each once.
 
     Files whose names don't end in .json are left alone, and hidden ones.
-
-    Returns
-    -------
-    tuple of Trial
-        Sorted by digest, each once.
 
     Raises
     ------
@@ -58,13 +53,7 @@ def read(*folders: Path) -> tuple[Trial, ...]:
 
 
 def check(*folders: Path) -> Checked:
-    """Read some folders, and tell all that is wrong in them, and between them.
-
-    Raises
-    ------
-    TrialError
-        Where there is no such folder.
-    """
+    """Tell all that is wrong in folders, and between them; TrialError where there is none."""
     held, faults = _checked(folders)
     left = [
         f"{path} is left of a command that was interrupted; delete it, unless one runs now"
@@ -229,8 +218,8 @@ def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
 def _run(trial: Trial) -> str:
     """Return what a person knows a run by."""
     facts = (trial.robot, trial.reality, trial.surface, trial.date, trial.who)
-    number = str(trial.design.index if trial.design.lattice == Lattice() else trial.design.digits)
-    return ", ".join([number[:40], *filter(None, facts), f"repetition {trial.repetition}"])
+    number = str(called(trial.design))[:40]
+    return ", ".join([number, *filter(None, facts), f"repetition {trial.repetition}"])
 
 
 def _copies(places: Mapping[Trial, object], known: Container[Trial] = ()) -> Iterator[str]:

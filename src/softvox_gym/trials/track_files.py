@@ -64,39 +64,24 @@ Paths = str | Path | Iterable[str | Path] | Mapping[Path, bytes]
 class Film:
     """What the file of a track doesn't say: how its numbers become cm along the robot's axes.
 
-    Parameters
-    ----------
-    scale : str, optional
-        Length over what the file calls it: "10/437" where 10 cm are 437 pixels, or "cm", "mm", "m".
-    picture : (int, int), optional
-        Width and height in pixels, which no point may leave.
-    y : {"up", "down"}, optional
-        Where y grows in the picture: by default down where positions are in pixels.
-    x_axis_deg : float
-        Where the robot's +x axis points at the start, counter-clockwise from the picture's right.
-    start_s : float, optional
-        When the pump starts; what is before is left out. By default at the first row.
-    fps : float, optional
-        Frames per second, of a file that counts frames.
-    point : str, optional
-        Tracker's track, or DeepLabCut's body part (INDIVIDUAL/BODYPART of several animals), where
-        there are several.
-    likelihood : float
-        DeepLabCut's points below are left out.
-
-    Raises
-    ------
-    ValueError
-        For anything else, naming it.
+    ValueError for what can't be, naming it.
     """
 
+    #: Length over what the file calls it: "10/437" where 10 cm are 437 pixels, or "cm", "mm", "m".
     scale: str | None = None
+    #: Width and height in pixels, which no point may leave.
     picture: tuple[int, int] | None = None
+    #: "up" or "down", where y grows in the picture: by default down where positions are in pixels.
     y: str | None = None
+    #: Where the robot's +x axis points at the start, counter-clockwise from the picture's right.
     x_axis_deg: float = 0.0
+    #: When the pump starts; what is before is left out. By default at the first row.
     start_s: float | None = None
+    #: Frames per second, of a file that counts frames.
     fps: float | None = None
+    #: Tracker's track, or DeepLabCut's body part (INDIVIDUAL/BODYPART), where there are several.
     point: str | None = None
+    #: DeepLabCut's points below are left out.
     likelihood: float = 0.9
 
     def __post_init__(self) -> None:
@@ -179,19 +164,11 @@ def read_track_files(
     **facts
         What `Trial` takes besides: surface, who, date, license and others.
 
-    Returns
-    -------
-    tuple of Found
-        In the order of the files, and within them in that of their first lines.
-
     Raises
     ------
-    TypeError, ValueError
-        For a design that the lattice has not.
-    TrialError
-        For a fact that no trial can have.
-    softvox_gym.real_tracks.CsvError
-        For a file that can't be used, naming it, the line and the remedy.
+    ValueError
+        For a design that the lattice has not; `TrialError` for a fact that no trial can have;
+        `softvox_gym.real_tracks.CsvError` for a file that can't be used, naming the line.
 
     Examples
     --------
@@ -427,7 +404,7 @@ def _found(path: Path, track: Track, film: Film, facts: dict[str, Any]) -> Found
     for line, time, x, y in points:
         dx, dy = (x - left) * cm, (y - low) * up
         here = ((time - begin) * rate, cos * dx + sin * dy, cos * dy - sin * dx)
-        outside = _outside((x, y), film.picture) if track.unit == "px" else ""
+        outside = track.unit == "px" and _outside(x, y, film.picture)
         if fault := outside or _fault(made[-1], here, size):
             raise CsvError(f"{path}, line {line}: {fault}")
         made.append(here)
@@ -469,22 +446,19 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
     return kept
 
 
-def _outside(at: tuple[float, float], picture: tuple[int, int] | None) -> str:
+def _outside(x: float, y: float, picture: tuple[int, int] | None) -> str:
     """Return what is wrong with a point in pixels; nothing where it is in the picture."""
-    if all(0 <= value <= most for value, most in zip(at, picture or (math.inf,) * 2, strict=True)):
+    width, height = picture or (math.inf, math.inf)
+    if 0 <= x <= width and 0 <= y <= height:
         return ""
-    size = " of {} x {} pixels".format(*picture) if picture else ", which begins at 0, 0"
-    return (
-        f"({at[0]:g}, {at[1]:g}) leaves the picture{size}; correct the point"
-        f"{' or --picture' if picture else ''}, or leave the line out"
-    )
+    size = f" of {width} x {height} pixels" if picture else ", which begins at 0, 0"
+    return f"({x:g}, {y:g}) leaves the picture{size}; correct it, or leave the line out"
 
 
 def _fault(before: tuple[float, ...], here: tuple[float, ...], size: float) -> str:
     """Return why a robot of a size in cm can't be there next; nothing where it can.
 
-    It may be a whole length of it farther, as one that falls, and another one per cycle: the
-    fastest that is simulated needs four cycles for its length.
+    It may fall over its length, and walk it per cycle: the fastest simulated one takes four cycles.
     """
     if not (far := math.hypot(*here[1:])) <= MOST_CM:
         return (

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import Design
+from softvox_gym.design import Design, called
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import MOST_CM
 from softvox_gym.realities import reality
@@ -64,37 +64,25 @@ class Trial:
     Parameters
     ----------
     design : Design
-        As `Design` takes it.
     cycle : ndarray, shape (n,)
         Actuation cycles since the start, from 0, increasing.
     position : ndarray, shape (n, 2)
         x, y of the centre of mass in cm from the start, along the robot's own axes before it moved,
         seen from above: y is a quarter turn counter-clockwise from x.
-    surface : str
-        What it stood on.
-    who : str
-        Who ran it, or what did.
-    date : str
-        Of the run, YYYY-MM-DD; "" of a simulated one.
-    license : str
-        One of `LICENSES`.
+    surface, who, license, date : str
+        What it stood on; who ran it, or what did; one of `LICENSES`; YYYY-MM-DD, "" of a simulated
+        one.
     source : {"measured", "simulated"}
     reality : str
-        Of a simulated one: the name of the pseudo-reality, as `softvox_gym.reality` takes it, or
-        "published".
-    robot : str
-        Which one it was, where several of a design were built; "" for the only one.
-    powder : str
-        What lay on the surface; "" for nothing.
-    pressure_kpa, frequency_hz : float, optional
-        Of actuation.
-    cycles : float, optional
-        Of actuation in the run; where None, those of the track.
+        Of a simulated one: as `softvox_gym.reality` takes it, or "published".
+    robot, powder, camera, notes : str
+        Which one of a design; what lay on the surface.
+    pressure_kpa, frequency_hz, cycles : float, optional
+        Of actuation; cycles of the whole run, by default of the track.
     repetition : int
         Which run of this robot under these conditions it was, from 1.
     voxel_cm : float
         The resting edge of a voxel; 1 of a simulated robot.
-    camera, notes : str
     provenance : dict
         Of the track, keys of `PROVENANCE`: its file's name and SHA-256, and what it was made of.
 
@@ -173,8 +161,8 @@ class Trial:
         return hash(self.digest)
 
     def __repr__(self) -> str:
-        number = self.design.index if self.design.lattice.has_int64_numbers else self.design.digits
-        return f"<Trial {self.digest[:10]}: {str(number)[:40]}, {self.source} by {self.who[:40]}>"
+        name = str(called(self.design))[:40]
+        return f"<Trial {self.digest[:10]}: {name}, {self.source} by {self.who[:40]}>"
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Trial:
