@@ -22,22 +22,20 @@ MODULES = ("engine", "physics", "recording", "panels", "search", "versus", "tria
 def answer(folder, script, given):
     """Return what the body of an async function of (given, wasm) returns, as JSON can carry it.
 
-    It sees MODULES, and what an instance of the engine exports where it names wasm, since to
-    compile that takes two seconds of processor time; a Float64Array comes back as float64, with
-    all its bits.
+    It sees MODULES and what an instance of the engine exports; a Float64Array comes back as
+    float64, with all its bits.
     """
     (folder / "package.json").write_text('{"type": "module"}', "utf-8")
     for path in ASSETS.iterdir():
         if path.name.endswith((".js", ".wasm")):
             (folder / path.name).write_bytes(path.read_bytes())
     (folder / "given.json").write_text(json.dumps(given), "utf-8")
-    engine = 'await WebAssembly.instantiate(readFileSync("engine.wasm"))'
-    engine = f"({engine}).instance.exports" if "wasm" in script else "null"
     modules = "".join(f"import * as {name} from './{name}.js';\n" for name in MODULES)
     program = f"""import {{ readFileSync, writeFileSync }} from "node:fs";
 {modules}
 const given = JSON.parse(readFileSync("given.json"));
-const wasm = {engine};
+const made = await WebAssembly.instantiate(readFileSync("engine.wasm"));
+const wasm = made.instance.exports;
 const answer = await (async () => {{ {script} }})();
 const numbers = [];
 let count = 0;

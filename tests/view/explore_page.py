@@ -110,11 +110,12 @@ def mouse(driver, design):
     return ActionChains(driver, duration=0).move_to_element_with_offset(canvas, *offsets)
 
 
-def facts(driver):
-    """Return the table of facts by name."""
+def facts(driver, table="facts"):
+    """Return the rows of a table by name."""
     rows = driver.execute_script(
-        "return [...document.querySelectorAll('#facts tr')].map("
-        "row => [...row.children].map(cell => cell.textContent))"
+        "return [...document.querySelectorAll(`#${arguments[0]} tr`)].map("
+        "row => [...row.children].map(cell => cell.textContent))",
+        table,
     )
     return {name: told for name, *told in rows}
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from chromium import errors, needs_chromium, until
-from explore_page import loaded, map_pixels, one, opened, shown
+from explore_page import facts, loaded, map_pixels, one, opened, shown
 from node import answer, needs_node
 
 from softvox_gym import Design, Lattice, simulate
@@ -103,22 +103,14 @@ def test_robots_that_the_map_has_not_are_left_out_and_a_folder_of_them_refused(
             trials_of(Namespace(trials=[folder], shipped=False))
 
 
-def table(driver):
-    rows = driver.execute_script(
-        "return [...document.querySelectorAll('#trials-views tr')].map("
-        "row => [...row.children].map(cell => cell.textContent))"
-    )
-    return {name: told for name, *told in rows}
-
-
 @needs_chromium
 def test_a_measured_design_has_its_tracks_over_the_simulated_one(driver, page):
     loaded(driver, page)
-    until(lambda: table(driver))
+    until(lambda: facts(driver, "trials-views"))
     runs = [as_measured(6453, repetition) for repetition in (1, 2)]
     mean = np.mean([track_at(np.array([15.0]), t.cycle, t.position) / 1.5 for t in runs], axis=0)[0]
     here = simulate([6453]).displacement[0, :2]
-    numbers = table(driver)
+    numbers = facts(driver, "trials-views")
     assert numbers[""] == ["published", "trials"]
     assert numbers["after cycles"] == ["15", "15"]
     assert numbers["distance"] == [f"{np.hypot(*end):.2f}" for end in (here, mean)]
@@ -127,7 +119,7 @@ def test_a_measured_design_has_its_tracks_over_the_simulated_one(driver, page):
     assert shown(driver, "trials-key") == " 2 designs, 3 trials, measured: acrylic, 4 Hz"
     assert len(driver.find_elements("css selector", "#trials-views path.measured")) == 2
     one(driver, "#whole").click()
-    numbers = table(driver)
+    numbers = facts(driver, "trials-views")
     assert numbers["after cycles"] == ["15", "90"]
     end = np.mean([t.position[-1] / 1.5 for t in runs], axis=0)
     headings = [np.degrees(np.arctan2(y, x)) for x, y in (here, end)]
@@ -180,7 +172,7 @@ def test_what_is_shown_is_chosen_by_keys_and_kept_in_the_address(driver, page):
     assert re.search(r"#trials=simulated%3A\+reversal$", driver.current_url)
     opened(driver, page, "trials=simulated: published&compare=573")
     until(lambda: shown(driver, "trials-views", "children.length") == 2)
-    numbers = table(driver)  # of 573, the second
+    numbers = facts(driver, "trials-views")  # of 573, the second
     assert numbers["distance"] == [f"{simulate([573]).fitness[0]:.2f}"] * 2
     assert numbers["ends apart"] == ["0.00", ""]
     assert numbers["heading error, °"] == ["0.0", ""]
