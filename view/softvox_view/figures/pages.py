@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import io
-import re
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
 from itertools import chain
@@ -23,7 +22,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike
 
-from softvox_search.report.style import FORMATS, Look
+from softvox_search.report.style import FORMATS, Look, encoded
 from softvox_search.report.style import style as project_style
 from softvox_view.figures.style import INK, figure
 
@@ -38,22 +37,12 @@ LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
 #: Between texts beside each other.
 GAP = 0.08
 
-#: Lines of a text that are not parted by the end of a page.
-TOGETHER = 6
-
-#: What is on one line: a voxel's place, a temperature, any other word.
-_WORDS = r"\(\d+, \d+, \d+\)\S*|\d+ \N{DEGREE SIGN}C\S*|\S+"
-
 #: A context manager to draw pages within: the project's style, in the size of print.
 style = partial(
     project_style,
     Look(dpi=150, font=SIZE, widest=WIDTH),
     {"axes.grid": False, "hatch.linewidth": 0.6},
 )
-
-#: Of a file of pages: without a date, and ids that don't change from run to run.
-_SVG: dict[Any, Any] = {"svg.hashsalt": "softvox"}
-_SVG_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 
 _HTML = """<!doctype html>
 <html lang="en">
@@ -80,72 +69,58 @@ def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
 
 
 def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
-    """Return the lines of a text; a word that is wider than a line is broken."""
+    """Return the lines of a text, broken at spaces only."""
     lines = [""]
-    for word in re.findall(_WORDS, text):
-        longer = f"{lines[-1]} {word}".lstrip()
-        if width_of(longer, weight=weight) <= width:
-            lines[-1] = longer
-            continue
-        if width_of(word, weight=weight) <= width:
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and width_of(longer, weight=weight) > width:
             lines.append(word)
-            continue
-        lines[-1] = f"{lines[-1]} ".lstrip()
-        for letter in word:
-            if width_of(lines[-1] + letter, weight=weight) > width:
-                lines.append("")
-            lines[-1] += letter
-    return [line for line in lines if line]
+        else:
+            lines[-1] = longer
+    return lines
 
 
 @dataclass
-class Pages:
-    """Pages as figures, each of one `Axes` in inches, y downwards; made as they are needed.
+class Column:
+    """A column of pages, filled from the top; what has no room goes to the next page.
 
     Parameters
     ----------
     title : str
         Of the first page; the others say that they go on.
+    figures : list of Figure
+        The pages, made as they are needed: each of one `Axes` in inches, y downwards.
+    left, right, top : float
+    page : int
     """
 
     title: str
     figures: list[Figure] = field(default_factory=list)
-
-    def axis(self, page: int) -> Axes:
-        """Return what is drawn on for a page."""
-        while page >= len(self.figures):
-            self.figures.append(self._page())
-        return self.figures[page].axes[0]
-
-    def _page(self) -> Figure:
-        made = figure(WIDTH, HEIGHT, layout=None)
-        made.set_label(self.title)
-        axis = made.add_axes((0, 0, 1, 1))
-        axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
-        axis.set_axis_off()
-        if self.figures:
-            title = f"{self.title}, page {len(self.figures) + 1}"
-            axis.text(LEFT, HEAD, title, weight="bold", va="bottom")
-        return made
-
-
-@dataclass
-class Column:
-    """A column of pages, filled from the top; what has no room goes to the next page."""
-
-    pages: Pages
     left: float = LEFT
     right: float = RIGHT
     page: int = 0
     top: float = HEAD
 
+    def _axis(self) -> Axes:
+        """Return what is drawn on for the page."""
+        if self.page == len(self.figures):
+            made = figure(WIDTH, HEIGHT, layout=None)
+            made.set_label(self.title)
+            axis = made.add_axes((0, 0, 1, 1))
+            axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
+            axis.set_axis_off()
+            if self.figures:
+                title = f"{self.title}, page {self.page + 1}"
+                axis.text(LEFT, HEAD, title, weight="bold", va="bottom")
+            self.figures.append(made)
+        return self.figures[self.page].axes[0]
+
     def room(self, height: float) -> tuple[Axes, float]:
         """Take so much height; return what to draw on and where that begins."""
         if self.top + height > FOOT and self.top > HEAD:
             self.page, self.top = self.page + 1, HEAD + LINE
-        axis, top = self.pages.axis(self.page), self.top
         self.top += height
-        return axis, top
+        return self._axis(), self.top - height
 
     def keep(self, height: float) -> None:
         """Go to the next page unless there is so much room."""
@@ -164,23 +139,17 @@ class Column:
         Each is wrapped before the next begins, the last before an end. Returns what the first line
         is on, and its foot.
         """
-        first: tuple[Axes, float] | None = None
         ends = [left for left, _ in cells[1:]] + [end or self.right - self.left + GAP]
         lines = [
             wrapped(text, end - left - GAP, weight=weight)
             for (left, text), end in zip(cells, ends, strict=True)
         ]
-        count = max([1, *map(len, lines)])
-        self.keep(min(count, TOGETHER) * LINE)
-        for i in range(count):
-            axis, top = self.room(LINE)
-            for (left, _), own in zip(cells, lines, strict=True):
-                if i < len(own):
-                    place = self.left + left, top + ASCENT
-                    axis.text(*place, own[i], weight=weight, va="baseline")
-            first = first or (axis, top + ASCENT)
-        assert first is not None
-        return first
+        axis, top = self.room(max(map(len, lines)) * LINE)
+        for (left, _), own in zip(cells, lines, strict=True):
+            for i, line in enumerate(own):
+                place = self.left + left, top + i * LINE + ASCENT
+                axis.text(*place, line, weight=weight, va="baseline")
+        return axis, top + ASCENT
 
     def table(
         self, at: Sequence[float], *rows: Sequence[str], end: float | None = None, gap: float = 0
@@ -199,12 +168,12 @@ class Column:
             self.gap(gap * LINE if i > 1 else 0)
             self.row((0, str(i)), (0.28, item))
 
-    def title(self) -> None:
-        """Write the pages' title, and who builds and when."""
+    def head(self) -> None:
+        """Write the title, and who builds and when."""
         axis, top = self.room(0.36)
-        axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
-        for right, words in ((1.2, f"built by {20 * '_'}"), (0, f"date {12 * '_'}")):
-            axis.text(self.right - right, top + 0.22, words, ha="right", va="baseline")
+        axis.text(self.left, top + 0.22, self.title, size=18, weight="bold", va="baseline")
+        words = f"built by {20 * '_'}     date {12 * '_'}"
+        axis.text(self.right, top + 0.22, words, ha="right", va="baseline")
         rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
@@ -219,7 +188,7 @@ class Column:
         """Return two columns beside each other from here on, the left one of a share."""
         middle = self.left + share * (self.right - self.left)
         left, right = (self.left, middle - gutter / 2), (middle + gutter / 2, self.right)
-        return tuple(Column(self.pages, *sides, self.page, self.top) for sides in (left, right))
+        return tuple(replace(self, left=a, right=b) for a, b in (left, right))
 
     def below(self, *columns: Column) -> None:
         """Go on where the last of some columns ends."""
@@ -313,7 +282,5 @@ def _pdf(pages: Iterable[Figure]) -> bytes:
 
 def _svg(page: Figure, text: str) -> str:
     """Return a page as SVG, with text as paths, or as text ("none")."""
-    buffer = io.BytesIO()
-    with style(), matplotlib.rc_context({**_SVG, "svg.fonttype": text}):
-        page.savefig(buffer, format="svg", metadata=_SVG_METADATA)
-    return buffer.getvalue().decode()
+    with style(), matplotlib.rc_context({"svg.fonttype": text}):
+        return encoded(page, "svg").decode()
