@@ -157,7 +157,8 @@ def test_no_label_lies_on_another(crowded):
     few = softvox_gym.trials.compare(RUNS)
     for made in (crowded, few):
         with style.style():
-            check_labels(draw_headings(made))
+            for page in draw_headings(made).values():
+                check_labels(page)
             check_labels(draw_distances(made))
     for figure in draw_comparison(few).values():
         with style.style():
@@ -166,7 +167,7 @@ def test_no_label_lies_on_another(crowded):
 
 def test_headings_show_errors_beside_repeatability(crowded):
     with style.style():
-        figure = draw_headings(crowded)
+        (figure,) = draw_headings(crowded).values()
     first, second, third = figure.axes
     assert len(first.get_xticks()) == 40
     assert len(second.get_xticks()) == 4

@@ -94,7 +94,8 @@ class Condition(NamedTuple):
     def __str__(self) -> str:
         kpa, hz = self.pressure_kpa, self.frequency_hz
         numbers = [f"{value:g} {unit}" for value, unit in ((kpa, "kPa"), (hz, "Hz")) if value]
-        return ", ".join(filter(None, [*self[:4], *numbers]))
+        source = f"{self.reality} (simulated)" if self.reality else self.source
+        return ", ".join(filter(None, [source, self.surface, self.powder, *numbers]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -66,6 +66,9 @@ MARGIN = 0.12
 #: cm; a scale is no finer than this, however little the robots travel.
 LEAST_HALF = 0.5
 
+#: A track has at most as many pieces of a colour, or vector pictures of many tracks were large.
+SEGMENTS = 240
+
 #: Cycles between the marks of time on tracks that are compared.
 MARKED = 5
 
@@ -285,8 +288,10 @@ def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
     """Draw the tracks, in the colours of so many cycles."""
     ours = panel.simulated
     colours = style.on_white(style.TIME)
-    segments = np.stack([ours[:-1], ours[1:]], axis=1)
-    line = LineCollection(list(segments), cmap=colours, array=panel.cycle[:-1], lw=1.6)
+    starts = np.arange(0, len(ours) - 1, -(-len(ours) // SEGMENTS))
+    segments = np.split(ours, starts[1:] + 1)
+    segments[1:] = [np.vstack([ours[i], s]) for i, s in zip(starts[1:], segments[1:], strict=True)]
+    line = LineCollection(segments, cmap=colours, array=panel.cycle[starts], lw=1.6)
     line.set_clim(0, cycles)
     axis.add_collection(line)
     for track in panel.real:

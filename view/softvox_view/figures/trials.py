@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from softvox_gym.design import called
 from softvox_gym.real_tracks import LITTLE, PER_CYCLE, WITHIN, short, track_at
 from softvox_gym.trials.comparison import MEANING, Comparison, Row
-from softvox_search.report.style import COLOURS, MARKERS
+from softvox_search.report.style import COLOURS, grid
 from softvox_view.figures import labels, style
 from softvox_view.figures.tracks import MOST_MORE, NAMES, Panel, half_side, paged
 
-#: Designs whose numbers stand beside their distances, and those in a row of headings.
-NAMED, ACROSS = 16, 40
+Array = NDArray[np.float64]
 
-#: Inches: of the square of distances, of a row of headings, of what is around them, and of a
-#: condition in a legend.
-SIDE, ROW, FRAME, ENTRY = 3.4, 1.45, 0.6, 0.3
+#: Designs whose numbers stand beside their distances; those in a row of headings, those of them
+#: whose numbers need not be turned, and rows on a page.
+NAMED, ACROSS, MOST_FLAT, DOWN = 16, 40, 12, 4
+
+#: Inches of a row of headings, and of what is around them; heights of a panel of distances, as
+#: `grid` takes them, of several and of a single one; half of the share of its side of a mark.
+ROW, FRAME, SQUARE, ALONE, MARK = 2.0, 0.6, 1.8, 2.6, 0.02
 
 #: By so much the tracks' scale may be coarser than the simulated ones need.
 MOST_TIMES = 3
 
-#: What a legend says of a condition, characters at most.
-WIDE = 60
+#: What figures say of a condition, characters at most: across the page, above a panel of
+#: distances, and above one of so many that they are small and have no numbers.
+WIDE, NARROW, LEAST, MANY = 60, 36, 22, 4
+
+MEANS = "against the simulated: mean of trials, standard deviation"
+
+_SRCC = "SRCC {srcc:.2f} ({srcc_low:.2f} to {srcc_high:.2f})"
+_ENDS = ("", "_spread", "_repeatability")
 
 _BAR: dict[str, Any] = {"ls": "none", "mec": "white", "elinewidth": 0.7, "capsize": 1.5}
 _BAR |= {"ms": 4, "mew": 0.5}
@@ -84,7 +94,7 @@ def draw_comparison(comparison: Comparison) -> dict[str, Figure]:
         return {
             **paged("tracks", panels, half=half),
             "distances": draw_distances(comparison),
-            "headings": draw_headings(comparison),
+            **draw_headings(comparison),
         }
 
 
@@ -103,82 +113,95 @@ def _panel(name: str, row: Row, mark: str) -> Panel:
 
 
 def draw_distances(comparison: Comparison) -> Figure:
-    """Draw the real distance of every design against the simulated one."""
-    made = style.figure(SIDE + FRAME, SIDE + FRAME + ENTRY * (1 + len(comparison.conditions)))
-    axis = made.subplots()
-    records = [row.record() for row in comparison.rows]
-    points = np.array([[one["distance_simulated"], one["distance_real"]] for one in records])
-    spread = np.array([one["distance_real_spread"] for one in records], dtype=np.float64)
-    bars = np.nan_to_num(spread)
-    end = 1.08 * max(points[:, 0].max(), (points[:, 1] + bars).max(), LITTLE)
-    start = -0.04 * end
-    axis.plot((start, end), (start, end), label="as simulated", **_SAME)
-    for i, (condition, facts) in enumerate(comparison.summary.items()):
-        of = np.array([row.condition == condition for row in comparison.rows])
-        found = "no SRCC" if facts["srcc"] is None else _srcc(facts)
-        looks: dict[str, Any] = {
-            **_BAR,
-            "marker": MARKERS[(i + i // len(COLOURS)) % len(MARKERS)],
-            "color": COLOURS[i % len(COLOURS)],
-        }
-        label = f"{_named(comparison, i)}\n{found}"
-        axis.errorbar(points[of, 0], points[of, 1], yerr=spread[of], label=label, **looks)
-    axis.set(xlim=(start, end), ylim=(start, end), box_aspect=1)
-    made.supxlabel("distance simulated, voxel widths")
-    made.supylabel("distance real, voxel widths: mean of trials, standard deviation")
-    made.legend(loc="outside upper left", alignment="left")
-    style.lay_out(made)
-    if len(points) <= NAMED:
+    """Draw the real distance of every design against the simulated one, a panel per condition."""
+    n = len(comparison.conditions)
+    made, axes = grid(n, height=SQUARE if n > 1 else ALONE, is_shared=False)
+    words, width = [], NARROW if len(axes) < MANY else LEAST
+    for i, (axis, (condition, facts)) in enumerate(
+        zip(axes, comparison.summary.items(), strict=True)
+    ):
+        rows = [row for row in comparison.rows if row.condition == condition]
+        points, spread = _columns(
+            rows, ("distance_simulated", "distance_real"), ("distance_real_spread",)
+        )
+        bars = np.nan_to_num(spread)
+        end = 1.08 * max(points[:, 0].max(), (points[:, 1] + bars[:, 0]).max(), LITTLE)
+        start = -0.04 * end
+        axis.plot((start, end), (start, end), **_SAME)
+        axis.errorbar(points[:, 0], points[:, 1], yerr=spread[:, 0], **_DOT, **_BAR)
+        axis.set(xlim=(start, end), ylim=(start, end), box_aspect=1)
+        axis.locator_params(nbins=5)
+        srcc = "no SRCC" if facts["srcc"] is None else _SRCC.format_map(facts)
+        axis.set_title(f"{_named(comparison, i, width)}\n{srcc}", loc="left", size=style.SMALL)
         places = (points - start) / (end - start)
-        boxes = np.hstack([places - 0.02, places + 0.02])
-        boxes[:, 1] -= bars / (end - start)
-        boxes[:, 3] += bars / (end - start)
-        same = np.repeat(np.linspace(0, 1, 100)[:, np.newaxis], 2, axis=1)
-        words = [short(str(called(row.design))) for row in comparison.rows]
-        labels.put(axis, list(zip(words, places, strict=True)), clear=boxes, lines=same)
+        high = np.hstack([np.zeros_like(bars), bars]) / (end - start)
+        words.append((rows, places, np.hstack([places - high - MARK, places + high + MARK])))
+    made.supxlabel("distance simulated, voxel widths")
+    made.supylabel("distance real, voxel widths")
+    handles = [style.line(MEANS, **_DOT, ls="none"), style.line("as simulated", **_SAME)]
+    made.legend(handles=handles, loc="outside upper center", ncols=2)
+    style.lay_out(made)  # where the numbers go depends on how large the panels are
+    same = np.repeat(np.linspace(0, 1, 100)[:, np.newaxis], 2, axis=1)
+    for axis, (rows, places, boxes) in zip(axes, words, strict=True):
+        axis.apply_aspect()
+        if len(rows) <= NAMED and len(axes) < MANY:
+            named = [short(str(called(row.design))) for row in rows]
+            labels.put(axis, list(zip(named, places, strict=True)), clear=boxes, lines=same)
     return made
 
 
-def _srcc(facts: Mapping[str, Any]) -> str:
-    return "SRCC {srcc:.2f} (95 % band {srcc_low:.2f} to {srcc_high:.2f})".format_map(facts)
+def _columns(rows: Sequence[Row], *names: Sequence[str]) -> list[Array]:
+    """Return numbers of some rows, shape (n, m) for m names; NaN for what there is not."""
+    records = [row.record() for row in rows]
+    return [np.array([[one[k] for k in own] for one in records], dtype=float) for own in names]
 
 
-def _named(comparison: Comparison, i: int) -> str:
-    """Return a condition as figures name it."""
+def _named(comparison: Comparison, i: int, width: int) -> str:
+    """Return a condition as figures name it, of so many characters at most."""
     mark = f"({i + 1}) " if len(comparison.conditions) > 1 else ""
-    return mark + short(str(comparison.conditions[i]), WIDE)
+    return mark + short(str(comparison.conditions[i]), width)
 
 
-def draw_headings(comparison: Comparison) -> Figure:
-    """Draw the error of every design's heading, and by how much its trials differ."""
+def draw_headings(comparison: Comparison) -> dict[str, Figure]:
+    """Draw the error of every design's heading, and by how much its trials differ.
+
+    Returns the pages by file name.
+    """
     parts = [
-        (i, own[first : first + ACROSS])
+        (_named(comparison, i, WIDE), own[first : first + ACROSS])
         for i, condition in enumerate(comparison.conditions)
         for own in [[row for row in comparison.rows if row.condition == condition]]
         for first in range(0, len(own), ACROSS)
     ]
     most = max(len(own) for _, own in parts)
-    made = style.figure(style.WIDTH, (ROW + FRAME) * len(parts) + FRAME)
-    for axis, (i, own) in zip(made.subplots(len(parts), squeeze=False).flat, parts, strict=True):
-        records, places = [row.record() for row in own], np.arange(len(own))
-        values, spread, usual = (
-            np.array([one[f"heading_error{end}"] for one in records], dtype=np.float64)
-            for end in ("", "_spread", "_repeatability")
+    return {
+        f"headings_{1 + first // DOWN}" if first else "headings": _headings(
+            parts[first : first + DOWN], most
         )
+        for first in range(0, len(parts), DOWN)
+    }
+
+
+def _headings(parts: Sequence[tuple[str, Sequence[Row]]], most: int) -> Figure:
+    """Draw a page, a row of designs per part, with room for the most designs of all parts."""
+    made = style.figure(style.WIDTH, ROW * len(parts) + FRAME)
+    for axis, (name, rows) in zip(
+        made.subplots(len(parts), squeeze=False).flat, parts, strict=True
+    ):
+        (numbers,) = _columns(rows, [f"heading_error{end}" for end in _ENDS])
+        places = np.arange(len(rows))
         for limit in (WITHIN, 90):
             axis.axhline(limit, **_LIMIT)
-        axis.errorbar(places, values, yerr=spread, **_DOT, **_BAR)
-        axis.plot(places, usual, **_USUAL)
+        axis.errorbar(places, numbers[:, 0], yerr=numbers[:, 1], **_DOT, **_BAR)
+        axis.plot(places, numbers[:, 2], **_USUAL)
         axis.set(xlim=(-0.6, max(most, 6) - 0.4), ylim=(-6, 192), yticks=range(0, 181, 45))
-        names = [short(str(called(row.design))) for row in own]
-        axis.set_xticks(places, names, rotation=90 if most > 16 else 0)
-        axis.set_title(_named(comparison, i), loc="left")
+        names = [short(str(called(row.design))) for row in rows]
+        axis.set_xticks(places, names, rotation=90 if most > MOST_FLAT else 0)
+        axis.set_title(name, loc="left")
     made.supxlabel("design")
     made.supylabel("heading off, degrees")
-    handles = [
-        style.line("from the simulated: mean of trials, standard deviation", **_DOT, ls="none"),
-        style.line("between two trials of a design, mean of pairs", **_USUAL),
-    ]
+    usual = "between two trials of a design, mean of pairs"
+    handles = [style.line(MEANS, **_DOT, ls="none"), style.line(usual, **_USUAL)]
     made.legend(handles=handles, loc="outside upper center", ncols=2)
     return made
 

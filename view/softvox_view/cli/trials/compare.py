@@ -139,6 +139,7 @@ def _write(args: Namespace, made: Comparison) -> None:
     text = {PAGE: page(made, head(made), inline), TABLE: made.section().csv()}
     with bad_input("--out"):
         write_folder(args.out, {**files, **text}, force=args.force)
-    for old in args.out.glob("tracks_[0-9]*.*"):  # of an earlier comparison that had more pages
-        if old.name not in files:
-            old.unlink()
+    for name in ("tracks", "headings"):  # of an earlier comparison, which had more pages
+        for old in args.out.glob(f"{name}_[0-9]*.p[dn][fg]"):
+            if old.name not in files:
+                old.unlink()

@@ -105,11 +105,7 @@ def add_parser(commands: Any) -> None:
     )
     add_folders(parser)
     parser.add_argument(
-        "--out",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help=f"ends in {' or '.join(FORMS)}",
+        "--out", type=Path, required=True, metavar="FILE", help=f"ends in {' or '.join(FORMS)}"
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier one")
     parser.set_defaults(run=run_export, parser=parser)
@@ -119,9 +115,8 @@ def run_check(args: Namespace) -> int:
     """Print a line per fault, and how many trials there are."""
     with bad_input():
         trials, faults, doubts = check(*folders_of(args))
-    print(
-        "".join(f"{line}\n" for line in [*faults, *(f"warning: {line}" for line in doubts)]), end=""
-    )
+    for line in (*faults, *(f"warning: {line}" for line in doubts)):
+        print(line)
     print(f"{_counted(trials)}, {_number(len(faults), 'fault')}, {_number(len(doubts), 'warning')}")
     return int(bool(faults))
 
