@@ -223,7 +223,7 @@ def test_fifty_full_robots_cost_what_the_paper_paid():
 
 def test_what_is_bought_once_stays_and_the_rest_is_scaled():
     one = bill([plan(Design(6560))])
-    again = sum(line.usd for line in one.lines if line.scales_with != "once")
+    again = sum(line.usd for line in one.lines if line.row["scales_with"] != "once")
     assert one.used_usd == pytest.approx(float(622 - again * 49 / 50))
     assert one.total_usd == 622  # a package of each
     more = bill([plan(Design(6560))], copies=51)
@@ -232,13 +232,13 @@ def test_what_is_bought_once_stays_and_the_rest_is_scaled():
     counts = {"robots": 4, "voxels": 14, "active": 8, "passive": 6, "slices": 6, "groups": 4}
     assert counts.items() <= mixed.quantities.items()
     assert (mixed.quantities["holes"], mixed.quantities["joints"]) == (4, 14)
-    share = {line.no: line.share for line in mixed.lines}
+    share = {int(line.row["no"]): line.share for line in mixed.lines}
     assert (float(share[1]), float(share[2]), float(share[5])) == (14 / 400, 14 / 500, 4 / 100)
 
 
 def test_a_passive_robot_needs_no_tube():
     passive = bill([plan(Design("11000000"))])
-    pneumatic = [line for line in passive.lines if line.section == "pneumatic"]
+    pneumatic = [line for line in passive.lines if line.row["section"] == "pneumatic"]
     assert [line.packages for line in pneumatic] == [0, 0, 0]
     assert passive.quantities["connectors"] == 0
 

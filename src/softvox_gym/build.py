@@ -399,28 +399,18 @@ def _count(number: int, what: str) -> str:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the bill: a part of the paper's table, and how much of it a batch takes.
+    """A line of the bill: a row of the paper's table (data/kit/parts.csv), and how much of it.
 
-    Parameters
-    ----------
-    no : int
-        Of the part in the table.
-    part, section, use : str
-    usd : Fraction
-        What the paper's robots took of it cost: a package.
-    scales_with : str
-        What drives how much is needed: "once", or a quantity of the bill.
-    share : Fraction
-        Of what the paper's robots took; 1 of what is bought once.
+    The share is of what the paper's robots took, and 1 of what is bought once.
     """
 
-    no: int
-    part: str
-    section: str
-    use: str
-    usd: Fraction
-    scales_with: str
+    row: Mapping[str, str]
     share: Fraction
+
+    @property
+    def usd(self) -> Fraction:
+        """What a package costs."""
+        return Fraction(self.row["usd"])
 
     @property
     def packages(self) -> int:
@@ -462,9 +452,10 @@ class Bill:
 
     def materials(self) -> Section:
         """Return the bill of materials, for people and programs."""
+        told = "no", "part", "section", "use", "scales_with"
         rows = [
             (
-                *(line.no, line.part, line.section, line.use, line.scales_with),
+                *(line.row[name] for name in told),
                 *(float(line.share), line.packages, float(line.usd)),
                 *(round(float(n * line.usd), 2) for n in (line.share, line.packages)),
             )
@@ -555,15 +546,11 @@ def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VO
         "cure_hours_room": fillings * LAYERS * CURE_MINUTES_ROOM / 60,
     }
     parts = files("softvox_gym.data") / "kit" / "parts.csv"
-    lines = [
-        Line(
-            int(row["no"]),
-            *(row["part"], row["section"], row["use"], Fraction(row["usd"])),
-            driver := row["scales_with"],
-            Fraction(1) if driver == "once" else Fraction(needed[driver], table[driver]),
-        )
-        for row in csv.DictReader(parts.read_text(encoding="utf-8").splitlines())
-    ]
+    lines = []
+    for row in csv.DictReader(parts.read_text(encoding="utf-8").splitlines()):
+        driver = row["scales_with"]
+        share = Fraction(1) if driver == "once" else Fraction(needed[driver], table[driver])
+        lines.append(Line(row, share))
     return Bill(quantities, tuple(lines))
 
 

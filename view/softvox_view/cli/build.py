@@ -93,8 +93,6 @@ def run(args: Namespace) -> int:
     if bool(args.designs) == bool(args.top):
         raise BadInputError("give a DESIGN or several, or --top N; and not both")
     designs, shown = _best(args) if args.top else (_given(args), "")
-    if args.out and args.out == args.csv:
-        raise BadInputError("--out and --csv name one file; choose another for one of them")
     for option, path in (("--out", args.out), ("--csv", args.csv)):
         if path:
             with bad_input(option):
@@ -124,13 +122,7 @@ def _given(args: Namespace) -> list[Design]:
     """Return the designs that were named."""
     if args.one_per_class:
         raise BadInputError("--one-per-class is for --top")
-    designs = [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
-    for i, design in enumerate(designs):
-        if design in designs[:i]:
-            raise BadInputError(
-                f"{args.designs[i]} is given twice; --copies builds several of each"
-            )
-    return designs
+    return [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
 
 
 def _best(args: Namespace) -> tuple[list[Design], str]:

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
-from itertools import chain
 from typing import Any
 
 import matplotlib
@@ -84,14 +83,8 @@ def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
 class Column:
     """A column of pages, filled from the top; what has no room goes to the next page.
 
-    Parameters
-    ----------
-    title : str
-        Of the first page; the others say that they go on.
-    figures : list of Figure
-        The pages, made as they are needed: each of one `Axes` in inches, y downwards.
-    left, right, top : float
-    page : int
+    Pages are made as they are needed, each of one `Axes` in inches, y downwards; the title is the
+    first one's, and the others say that they go on.
     """
 
     title: str
@@ -218,31 +211,17 @@ def box(axis: Axes, left: float, foot: float, side: float = 0.11) -> None:
 
 
 def write(pages: Iterable[Figure], form: str) -> bytes:
-    """Return pages as the bytes of a file, the same on every run.
+    """Return pages as the bytes of a "pdf", "svg" or "html" file, the same on every run.
 
-    Parameters
-    ----------
-    pages : iterable of Figure
-        They may be drawn one after the other: only one is kept at a time.
-    form : {"pdf", "svg", "html"}
-        SVG has one page; HTML is complete in itself and prints a page per sheet.
-
-    Raises
-    ------
-    ValueError
-        For another form, no page, or several in an SVG.
+    They may be drawn one after the other: of a PDF only one is kept at a time. HTML is complete in
+    itself and prints a page per sheet. ValueError for several pages in an SVG.
     """
-    if form not in ("pdf", "svg", "html"):
-        raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
-    rest = iter(pages)
-    first = next(rest, None)
-    if first is None:
-        raise ValueError("there is no page to write")
     if form == "svg":
-        if next(rest, None) is not None:
+        first, *more = pages
+        if more:
             raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
         return _svg(first, "path").encode()
-    return (_pdf if form == "pdf" else _html)(chain([first], rest))
+    return (_pdf if form == "pdf" else _html)(pages)
 
 
 def _html(pages: Iterable[Figure]) -> bytes:

@@ -55,15 +55,15 @@ MOST = 10
 PICTURE, PANEL, AZIMUTHS = 1.45, 1.21, (-56.0, 124.0)
 
 #: When the volume is measured, cycles.
-MOMENTS = {
-    0.0: "0",
-    0.25: "\N{VULGAR FRACTION ONE QUARTER}",
-    0.5: "\N{VULGAR FRACTION ONE HALF}",
-    0.75: "\N{VULGAR FRACTION THREE QUARTERS}",
-}
+MOMENTS = {0.0: "0", 0.25: "\xbc", 0.5: "\xbd", 0.75: "\xbe"}
 
 #: Where the maker writes.
 BLANK = "_" * 12
+
+TRAVEL = (
+    "Travel on cornstarch: 90 actuations at 6 kPa, three times, filmed from above. Headings are "
+    "from +x towards +y."
+)
 
 #: Digits of a design that are written out.
 DIGITS = 40
@@ -265,12 +265,10 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
     mass = f"{VOXEL_G * plan.design.n_voxels:.1f} g"
     column.table(at, ["", "expected", "measured"], ["mass with tubes", mass, BLANK], gap=0.2)
     column.gap(0.7 * LINE)
-    text = "Travel on cornstarch: 90 actuations at 6 kPa, three times, filmed from above. "
-    column.row((0, text + "Headings are from +x towards +y."))
+    column.row((0, TRAVEL))
     column.gap(0.4 * LINE)
-    cycles = float(Physics.published().cycles)
-    rows = [["", "travel, cm", "heading"]]
-    rows += [[f"simulated, {cycles:g} cycles", f"{facts.fitness * VOXEL_CM:.1f}", facts.way]]
+    cycles, travel = float(Physics.published().cycles), f"{facts.fitness * VOXEL_CM:.1f}"
+    rows = [["", "travel, cm", "heading"], [f"simulated, {cycles:g} cycles", travel, facts.way]]
     column.table(at, *rows, *([f"run {run}", BLANK, BLANK] for run in "123"), gap=0.3)
     column.gap(0.7 * LINE)
     column.row((0, "Volume under water at four moments of a cycle, relative to rest."))
