@@ -60,9 +60,9 @@ svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background
 
 
 @lru_cache(maxsize=65536)
-def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
+def width_of(text: str, weight: str = "normal") -> float:
     """Return how wide a text is."""
-    font = FontProperties(size=size, weight=weight)
+    font = FontProperties(size=SIZE, weight=weight)
     wide, _, _ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
     return float(wide) / 72
 
@@ -229,8 +229,7 @@ def _html(pages: Iterable[Figure]) -> bytes:
     titles, made = zip(
         *((str(page.get_label()), _svg(page, "none")) for page in pages), strict=True
     )
-    more = len(made) - 1
-    title = titles[0] + (f" and {more} more page{'s' * (more > 1)}" if more else "")
+    title = titles[0] + " and more" * (len(made) > 1)
     inline = "\n".join(one[one.index("<svg") :] for one in made)
     fonts = "\n".join(_font(weight, inline) for weight in ("normal", "bold"))
     return _HTML.format(title=escape(title), fonts=fonts, pages=inline).encode()
