@@ -182,6 +182,11 @@ def places(design: Design, sites: Iterable[int]) -> str:
     return _some(["({},{},{})".format(*design.lattice.place(site)) for site in sites])
 
 
+def digits_of(design: Design) -> str:
+    """Return a design's digits, cut where there are many."""
+    return design.digits if len(design.digits) <= 40 else f"{design.digits[:37]}..."
+
+
 #: Where an inlet may go, the best place first; and what a builder then has to care for.
 _WHERE = (
     ("a free side", ""),

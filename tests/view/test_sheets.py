@@ -25,8 +25,7 @@ ROBOTS = {
     "a full slice": Design("22100000"),
     "empty": Design(0),
     "buried": Design("1" * 13 + "2" + "1" * 13, shape=(3, 3, 3)),
-    "up and down": Design("111121111" + "111121111", shape=(3, 3, 2)),
-    "phases": Design("22223434", shape=Lattice.of((2, 2, 2), phases=3)),
+    "up and down": Design("111121111" + "111131111", shape=Lattice.of((3, 3, 2), phases=2)),
     "wide": Design("2020010022", shape=(10, 1, 1)),
     "large": Design("1" * 12 + 6 * "210220", shape=(6, 2, 4)),
 }
@@ -42,9 +41,7 @@ def words_of(figures):
     return " ".join(text.get_text() for figure in figures for text in texts_of(figure))
 
 
-@pytest.mark.parametrize(
-    "name", ["the best", "four groups", "empty", "buried", "up and down", "phases", "wide", "large"]
-)
+@pytest.mark.parametrize("name", sorted(ROBOTS.keys() - {"the second", "passive", "a full slice"}))
 def test_no_text_lies_on_another_or_off_the_page_and_all_can_be_read(name):
     for figure in sheet(name):
         assert tuple(figure.get_size_inches() * 25.4) == pytest.approx((210, 297))
@@ -151,7 +148,6 @@ def test_a_sheet_says_what_the_simulator_expects():
     assert f"{facts.fitness:.2f} voxel widths, \N{MINUS SIGN}135\N{DEGREE SIGN}" in words
     assert "1.01 1.72 1.01 1.01" in words
     assert "no heading" in words_of(sheet("passive"))
-    assert facts_of([]) == []
 
 
 def test_the_map_shows_the_heading_from_above():
@@ -193,21 +189,23 @@ def test_too_wide_a_lattice_is_refused():
         draw_sheet(plan(design), facts_of([design])[0])
 
 
-@pytest.mark.parametrize("form", ["pdf", "svg", "html"])
-def test_files_are_the_same_on_every_run_and_have_no_date(form):
-    again = draw_sheet(plan(ROBOTS["empty"]), facts_of([ROBOTS["empty"]])[0])
-    content = write(again, form)
-    assert write(sheet("empty"), form) == content
-    assert not re.search(rb"CreationDate|Producer|Creator|dc:|matplotlib.org", content)
-    if form == "pdf":
-        assert len(re.findall(rb"/Type /Page\b", content)) == 1
-        # Regular and bold: their letters, and perhaps their other characters apart.
-        assert content.count(b"/FontFile2") <= 4
-        assert b"/Type3" not in content
+def test_files_are_the_same_on_every_run_and_have_no_date_whatever_mplbackend_names(tmp_path):
+    done = softvox("build", "0", "--out", "own.pdf", cwd=tmp_path, MPLBACKEND="no_such")
+    assert done.returncode == 1
+    content = write(sheet("empty"), "pdf")
+    assert (tmp_path / "own.pdf").read_bytes() == content
+    assert len(re.findall(rb"/Type /Page\b", content)) == 1
+    # Regular and bold: their letters, and perhaps their other characters apart.
+    assert content.count(b"/FontFile2") <= 4
+    assert b"/Type3" not in content
+    for made in (content, write(sheet("empty"), "svg")):
+        assert not re.search(rb"CreationDate|Producer|Creator|dc:|matplotlib.org", made)
 
 
 def test_a_web_page_is_complete_and_prints_a_page_per_sheet():
-    content = write([*sheet("passive"), *sheet("empty")], "html").decode()
+    pages = 2 * sheet("empty")
+    content = write(pages, "html").decode()
+    assert write(pages, "html").decode() == content
     links = set(re.findall(r"\w+://[^\s\"')]+", content))
     assert links == {
         "http://www.w3.org/1999/xlink",
@@ -215,21 +213,15 @@ def test_a_web_page_is_complete_and_prints_a_page_per_sheet():
     }  # names, not links
     assert content.count("<svg") == content.count("</svg>") == 2
     assert "break-after: page" in content
-    assert "<title>Robot 40 and more</title>" in content
+    assert "<title>Robot 0 and more</title>" in content
     assert content.count("@font-face") == 2
-    assert ">Order of assembly</text>" in content
+    assert ">no voxel</text>" in content
 
 
 def test_what_cant_be_written_is_refused():
     page = sheet("empty")[0]
     with pytest.raises(ValueError, match="an SVG holds one page"):
         write([page, page], "svg")
-
-
-def test_the_command_draws_them_whatever_mplbackend_names(tmp_path):
-    done = softvox("build", "0", "--out", "own.svg", cwd=tmp_path, MPLBACKEND="no_such")
-    assert done.returncode == 1
-    assert (tmp_path / "own.svg").read_bytes() == write(sheet("empty"), "svg")
 
 
 def test_text_is_wrapped_at_spaces_only():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym.build import MOULD_VOXELS, TOWARDS, Bill, Plan, bill, places, plan
+from softvox_gym.build import MOULD_VOXELS, TOWARDS, Bill, Plan, bill, digits_of, places, plan
 from softvox_gym.cli.landscape import ranking
 from softvox_gym.cli.parser import add_shape, whole_number
 from softvox_gym.cli.simulate import design_of
@@ -194,11 +194,11 @@ def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
 def _as_text(one: Plan) -> Iterator[str]:
     """Yield what is said of a robot."""
     design = one.design
-    digits = design.digits if len(design.digits) <= 40 else f"{design.digits[:37]}..."
-    name = f"{design.index}  {digits}" if design.lattice == Lattice() else digits
+    name = f"{design.index}  " if design.lattice == Lattice() else ""
     yield (
-        f"{name}  {design.n_active} pink (active), {design.n_voxels - design.n_active} blue or "
-        f"yellow (passive); groups {len(one.groups)}, holes {len(one.holes)}"
+        f"{name}{digits_of(design)}  {design.n_active} pink (active), "
+        f"{design.n_voxels - design.n_active} blue or yellow (passive); groups {len(one.groups)}, "
+        f"holes {len(one.holes)}"
     )
     for group in one.groups:
         yield f"  group {group.name}: {places(design, group.sites)}"

@@ -205,9 +205,9 @@ def rectangle(axis: Axes, corner: ArrayLike, wide: float, high: float, **looks: 
     axis.add_patch(Rectangle((x, y), wide, high, **{"fc": "none", "ec": INK, **looks}))
 
 
-def box(axis: Axes, left: float, foot: float, side: float = 0.11) -> None:
+def box(axis: Axes, left: float, foot: float) -> None:
     """Draw a box to tick."""
-    rectangle(axis, (left, foot - side), side, side, lw=0.7)
+    rectangle(axis, (left, foot - 0.11), 0.11, 0.11, lw=0.7)
 
 
 def write(pages: Iterable[Figure], form: str) -> bytes:

@@ -21,6 +21,7 @@ from softvox_gym.build import (
     VOXEL_G,
     Bill,
     Plan,
+    digits_of,
     places,
 )
 from softvox_gym.design import ABSENT, Design
@@ -65,9 +66,6 @@ TRAVEL = (
     "from +x towards +y."
 )
 
-#: Digits of a design that are written out.
-DIGITS = 40
-
 
 @dataclass(frozen=True, eq=False)
 class Facts:
@@ -101,12 +99,7 @@ class Facts:
 
 
 def facts_of(designs: Sequence[Design]) -> list[Facts]:
-    """Return what the simulator expects of designs of one lattice, simulated in one batch.
-
-    ValueError for designs of several lattices.
-    """
-    if not designs:
-        return []
+    """Return what the simulator expects of designs of one lattice, simulated in one batch."""
     result = simulate(designs)
     cycle, volume = relative_volume(designs)
     ways = [heading(moved[:2]) for moved in result.displacement]
@@ -150,16 +143,11 @@ def _name(design: Design) -> str:
     return f"Robot {number}" if len(number) <= 13 else f"Robot on {design.lattice}"
 
 
-def _digits(design: Design) -> str:
-    shown = design.digits
-    return shown if len(shown) <= DIGITS else f"{shown[: DIGITS - 3]}..."
-
-
 def _head(column: Column, plan: Plan) -> None:
     """Write which robot it is, what is wrong with it and what needs care."""
     design, groups = plan.design, len(plan.groups)
     column.head()
-    column.row((0, f"digits {_digits(design)}, lattice {design.lattice}"))
+    column.row((0, f"digits {digits_of(design)}, lattice {design.lattice}"))
     parts = [
         f"voxels of {VOXEL_CM:g} cm: {design.n_active} active, "
         f"{design.n_voxels - design.n_active} passive",
@@ -302,7 +290,7 @@ def draw_batch(plans: Sequence[Plan], bill: Bill) -> tuple[Figure, ...]:
         rows = [
             (
                 _name(one.design).removeprefix("Robot "),
-                _digits(one.design),
+                digits_of(one.design),
                 *(str(n) for n in (one.design.n_voxels, one.design.n_active, len(one.groups))),
             )
             for one in plans
