@@ -85,14 +85,7 @@ PER_GROUP = {"tube_1_32_in_cm": 15.8496, "tube_1_16_in_cm": 19.99488, "connector
 class Inlet:
     """Where the tube of an actuator group goes in.
 
-    Parameters
-    ----------
-    site : int
-        The voxel that gets the hole.
-    face : (int, int, int)
-        Outward unit normal of the face that it is in.
-    why : str
-        Why there, in words.
+    The voxel that gets the hole, the outward unit normal of the face that it is in, and why there.
     """
 
     site: int
@@ -102,19 +95,10 @@ class Inlet:
 
 @dataclass(frozen=True)
 class Group:
-    """An actuator group: active voxels of one slice that share their air.
+    """An actuator group: active voxels of one slice, z, that share their air.
 
-    Parameters
-    ----------
-    name : str
-        "A", "B", ... in order of the groups.
-    sites : tuple of int
-    z : int
-        The slice.
-    phase : float
-        By how many cycles its pump is ahead.
-    inlet : Inlet or None
-        None where the group does not reach the surface.
+    Names are "A", "B", ... in order. Its pump is ahead by the phase, in cycles. There is no inlet
+    where the group does not reach the surface.
     """
 
     name: str

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import io
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
 from typing import Any
 
-import matplotlib
 import numpy as np
-from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike
@@ -48,7 +45,6 @@ _HTML = """<!doctype html>
 <meta charset="utf-8">
 <title>{title}</title>
 <style>
-{fonts}
 @page {{ size: A4; margin: 0 }}
 body {{ margin: 0; background: #ddd }}
 svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background: white }}
@@ -216,49 +212,20 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
     They may be drawn one after the other: of a PDF only one is kept at a time. HTML is complete in
     itself and prints a page per sheet. ValueError for several pages in an SVG.
     """
-    if form == "svg":
-        first, *more = pages
-        if more:
-            raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
-        return _svg(first, "path").encode()
-    return (_pdf if form == "pdf" else _html)(pages)
-
-
-def _html(pages: Iterable[Figure]) -> bytes:
-    """Return pages as a web page with its fonts."""
-    titles, made = zip(
-        *((str(page.get_label()), _svg(page, "none")) for page in pages), strict=True
-    )
-    title = titles[0] + " and more" * (len(made) > 1)
-    inline = "\n".join(one[one.index("<svg") :] for one in made)
-    fonts = "\n".join(_font(weight, inline) for weight in ("normal", "bold"))
-    return _HTML.format(title=escape(title), fonts=fonts, pages=inline).encode()
-
-
-def _font(weight: str, text: str) -> str:
-    """Return the style of a weight of the pages' font, with the glyphs of a text in it."""
-    path = findfont(FontProperties(weight=weight))
-    options = subset.Options(drop_tables=[*subset.Options().drop_tables, "FFTM"])
-    buffer, parts = io.BytesIO(), subset.Subsetter(options)
-    parts.populate(text=text)
-    with subset.load_font(path, options) as font:
-        parts.subset(font)
-        subset.save_font(font, buffer, options)
-    name, data = get_font(path).family_name, b64encode(buffer.getvalue()).decode()
-    source = f"url(data:font/ttf;base64,{data})"
-    return f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: {source} }}"
-
-
-def _pdf(pages: Iterable[Figure]) -> bytes:
-    """Return pages as a PDF, in which they share their fonts."""
-    buffer = io.BytesIO()
-    with style(), PdfPages(buffer, metadata=FORMATS["pdf"]) as file:
-        for page in pages:
-            file.savefig(page, dpi="figure")
-    return buffer.getvalue()
-
-
-def _svg(page: Figure, text: str) -> str:
-    """Return a page as SVG, with text as paths, or as text ("none")."""
-    with style(), matplotlib.rc_context({"svg.fonttype": text}):
-        return encoded(page, "svg").decode()
+    with style():
+        if form == "pdf":
+            buffer = io.BytesIO()
+            with PdfPages(buffer, metadata=FORMATS["pdf"]) as file:  # the pages share their fonts
+                for page in pages:
+                    file.savefig(page, dpi="figure")
+            return buffer.getvalue()
+        titles, made = zip(
+            *((str(page.get_label()), encoded(page, "svg").decode()) for page in pages), strict=True
+        )
+    if form == "html":
+        title = titles[0] + " and more" * (len(made) > 1)
+        inline = "\n".join(one[one.index("<svg") :] for one in made)
+        return _HTML.format(title=escape(title), pages=inline).encode()
+    if len(made) > 1:
+        raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
+    return str(made[0]).encode()

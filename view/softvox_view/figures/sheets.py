@@ -71,14 +71,9 @@ TRAVEL = (
 class Facts:
     """What the simulator expects of a robot under the published physics.
 
-    Parameters
-    ----------
-    fitness : float
-        Voxel widths; NaN where the simulation diverges.
-    heading : float, or None
-        Degrees from +x towards +y; None for a robot that hardly moves, or diverges.
-    cycle, volume : array, shape (k,)
-        Moments of one cycle of actuation, 0 to 1, and the robot's volume then, relative to rest.
+    Fitness in voxel widths, NaN where it diverges; heading in degrees from +x towards +y, None for
+    one that hardly moves; and, at moments of a cycle (0 to 1, shape (k,)), its volume relative to
+    that at rest.
     """
 
     fitness: float
