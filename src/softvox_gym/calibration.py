@@ -24,7 +24,7 @@ from softvox_gym.physics import FINITE, NOT_NEGATIVE, SPECS, ParameterError, Phy
 from softvox_gym.real_tracks import LITTLE, PER_CYCLE, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import simulate
-from softvox_gym.trials.measured import MeasuredReality, real_tracks
+from softvox_gym.trials.measured import MeasuredReality
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -337,10 +337,9 @@ def calibrate(
     Parameters
     ----------
     tracks : sequence of RealTrack, or MeasuredReality
-        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` or
-        `softvox_gym.trials.real_tracks` makes them; cm of robots whose voxels are as wide as those
-        of the physics. Every design is looked at after the cycles of its shortest trial; those of
-        `Reality.from_trials` after its cycles.
+        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them; cm of robots
+        whose voxels are as wide as those of the physics. Every design is looked at after the cycles
+        of its shortest trial; those of `Reality.from_trials` after its cycles.
     grid : str or dict
         Axes by name, as `grid_of` reads them or with their values, None for the usual ones:
         friction (pairs of static and kinetic), shear (T*, the shear strength over a voxel's
@@ -377,7 +376,7 @@ def calibrate(
     base = single_physics(physics)
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
     if isinstance(tracks, MeasuredReality):
-        tracks = real_tracks(tracks.measured, edge_cm=base.edge * 100, cycles=tracks.cycles)
+        tracks = replace(tracks, nominal=base).tracks
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

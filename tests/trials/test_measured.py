@@ -10,11 +10,11 @@ import pytest
 from pseudo_trials import NINE, trials_in
 
 from softvox_gym import Design, Physics, Reality, evaluate, landscape, reality
-from softvox_gym.calibration import calibrate, known_of
+from softvox_gym.calibration import calibrate, known_of, tracks_of
 from softvox_gym.cli.parser import cycles
 from softvox_gym.landscapes.gap import row
 from softvox_gym.noise import Jakobi
-from softvox_gym.trials import Trial, measured, real_tracks
+from softvox_gym.trials import Trial, measured
 
 TRIALS = trials_in("reversal", NINE)
 
@@ -52,9 +52,9 @@ def test_repetitions_are_averaged_over_the_cycles_of_the_shortest_run():
     made = Reality.from_trials([runs[0], line(17, x=6.0, repetition=2)], cycles=15)
     assert made.displacement[17] == pytest.approx([1.5, 0, 0])
     assert made.spread[17] == pytest.approx(0.5)
-    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic"
+    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic, measured"
     powdered = Reality.from_trials([line(17, powder="talc")])
-    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc"
+    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc, measured"
     assert [track.cycle.tolist() for track in made.tracks] == [[0, 15], [0, 15]]
     assert made.mean_track(17, 4).shape == (61, 3)
     assert made.mean_track(17, 4)[[0, 20, -1], 0] == pytest.approx([0, 0.5, 1.5])
@@ -71,7 +71,7 @@ def test_tracks_are_those_of_a_robot_of_the_simulators_size(real):
     assert theirs.position == pytest.approx(2 * ours.position)
     (of_the_kit,) = Reality.from_trials([line(17, x=3.0)], cycles=15).tracks
     assert of_the_kit.position.tolist() == [[0, 0], [1, 0]]
-    assert [len(one.cycle) for one in real_tracks(TRIALS)] == [len(one.cycle) for one in TRIALS]
+    assert [len(one.cycle) for one in real.tracks] == [len(one.cycle) for one in real.measured]
 
 
 def test_it_is_a_value_that_says_what_results_depend_on(real):
@@ -79,10 +79,20 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
     assert (again, hash(again)) == (real, hash(real))
     assert pickle.loads(pickle.dumps(real)) == real
     assert real != Reality.from_trials(TRIALS, cycles=14)
-    slow = replace(real, nominal=Physics.published().lasting(23))
-    assert float(slow.nominal.cycles) == pytest.approx(23)
-    assert slow.cycles == 15
+    with pytest.raises(ValueError, match="9 of 9 runs end before 16 cycles"):
+        replace(real, cycles=16)
+    assert replace(real, cycles=9).about.startswith("9 runs of 9 designs, after 9 cycles on")
+
+
+def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real):
+    assert real.nominal == Physics.published()
+    assert float(Reality.from_trials([line(17)]).nominal.cycles) == pytest.approx(30)
+    slow = Reality.from_trials(TRIALS, nominal=Physics.published().lasting(23))
+    assert (float(slow.nominal.cycles), slow.cycles) == (pytest.approx(23), 15)
     assert slow != real
+
+
+def test_what_results_depend_on_is_the_trials_and_the_cycles(real):
     told = real.to_dict()
     assert (len(told["trials"]), told["cycles"]) == (9, 15)
     assert set(told["trials"]) == {trial.digest for trial in TRIALS}
@@ -91,18 +101,16 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
 @pytest.mark.parametrize(
     "use",
     [
-        lambda real: real.simulate([6453, 17]),
-        lambda real: real.run(np.zeros((1, 2, 2, 2), np.uint8) + 1, None),
+        lambda real: real.simulate([17, 6453]),
         lambda real: evaluate([17], real),
-        lambda real: landscape(real),
-        lambda real: landscape(real, phases=2),
-        lambda real: real.landscape(),
+        lambda real: evaluate([17], real, perturbations=[Jakobi(1.0)], trials=2, seed=0),
+        lambda real: tracks_of(real, [17]),
         lambda real: real.mean_track(17, 4),
-        row,
+        lambda real: real.check_measured(17),
     ],
 )
 def test_what_nobody_measured_is_refused_by_name(real, use):
-    with pytest.raises(ValueError, match=r"nobody measured design \d+.*measured are 573, 1385"):
+    with pytest.raises(ValueError, match=r"nobody measured design 17 .*measured are 573, 1385"):
         use(real)
 
 
@@ -116,7 +124,12 @@ def test_what_nobody_measured_is_refused_by_name(real, use):
         lambda real: gym.make("SoftVox-v0", reality=real),
         lambda real: gym.make_vec("SoftVoxGrow2x2x2-v0", num_envs=2, reality=real),
         lambda real: gym.make("SoftVoxControl-v0", design=6453, reality=real),
-        lambda real: real.of_parts(real.physics),
+        lambda real: real.run(np.ones((1, 2, 2, 2), np.uint8), None),
+        lambda real: real.simulate([]),
+        lambda real: landscape(real),
+        lambda real: landscape(real, phases=2),
+        lambda real: real.landscape(),
+        row,
     ],
 )
 def test_what_was_measured_is_not_simulated_either(real, use):
@@ -131,7 +144,8 @@ def test_trials_that_are_no_reality_are_refused_by_name():
 
     one = line(17)
     refused([], "there are no trials")
-    refused([17], "trials must be softvox_gym.trials.Trial", TypeError)
+    for wrong in ([17], one, "trials"):
+        refused(wrong, "trials must be several softvox_gym.trials.Trial", TypeError)
     refused([one, line(40, surface="carpet")], "differ in surface: 1 with acrylic, 1 with carpet")
     refused([one, line(40, pressure_kpa=6.0)], "differ in pressure_kpa: 1 with none said, 1 with 6")
     refused([one, line(40, frequency_hz=2.0)], "differ in frequency_hz")
@@ -140,7 +154,8 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused([*trials_in("soft", [17]), *trials_in("reversal", [40])], "differ in reality: 1 with s")
     early = rf"1 of 1 runs end before 31 cycles: design 17 \({one.digest[:12]}\) after 30"
     refused([one], early, cycles=31)
-    refused([one], "cycles must be above 0", cycles=0)
+    refused([one], "cycles must be a positive number", cycles=0)
+    refused([line(17, end=1001.0)], "cycles must be above 0 and at most 1000, got 1001")
     refused([one], "cycles must be a number", TypeError, cycles="all")
     large = line(Design("2" * 27, shape=(3, 3, 3)))
     refused(

@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym import MeasuredReality, Physics, Reality, reality
+from softvox_gym import MeasuredReality, Reality, reality
 from softvox_gym.cli.parser import cycles, number, whole_number
 from softvox_gym.cli.reality import plain
-from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.cli.trials import add_trials, trials_of
 from softvox_gym.files import write_file
 from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
 from softvox_gym.tasks import HEADINGS, Task
-from softvox_gym.trials.database import read
+from softvox_gym.trials.measured import published_for
 from softvox_search.cli.options import (
     check_output,
     name_in_files,
@@ -52,11 +53,12 @@ function f(test, simulator, task, rng); docs/transfer.md has both. It is looked
 for among what is installed, on PYTHONPATH and in the current folder. What it
 prints goes to standard error.
 
---trials DIR makes a reality of what was measured, the files of a folder of
-trials (softvox trials) of 2x2x2 designs under the same conditions. Designs that
+--trials DIR makes a reality of what was measured, the trials of a folder
+(softvox trials) or some of them, as --surface acrylic chooses. Designs that
 nobody measured can't be tested; where one is recommended, regret is unknown.
-Robots are looked at after as many cycles as the shortest run has, and simulated
-ones after 15, unless --cycles says something else.
+Headings that none of the robots goes to are left out. All robots, real and
+simulated, are looked at after as many cycles as the shortest run has; --cycles
+90:23 looks at real ones after 90 and at simulated ones after 23.
 """
 
 #: The reality, where none is named.
@@ -97,17 +99,6 @@ def add_parser(commands: Any) -> None:
         "reality": {
             "metavar": "NAME",
             "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
-        },
-        "trials": {
-            "action": "append",
-            "type": Path,
-            "metavar": "DIR",
-            "help": "what was measured, in place of --reality; may be given several times",
-        },
-        "cycles": {
-            "type": cycles,
-            "metavar": "N",
-            "help": "of --trials: after how many cycles robots are looked at; N or REAL:SIMULATED",
         },
         "task": {
             "default": "directed",
@@ -154,6 +145,7 @@ def add_parser(commands: Any) -> None:
     }
     for name, settings in options.items():
         parser.add_argument(f"--{name}", **settings)
+    add_trials(parser, cycles=cycles, also=", or REAL:SIMULATED")
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -202,26 +194,37 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
     with bad_input():
         args.tests = number_of_tests(where, args.tests, name="--tests")
         finite("--noise", args.noise)
+    if isinstance(where, MeasuredReality):
+        tasks = _answerable(where, tasks)
     return where, tasks
 
 
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
-    if args.trials is None:
-        if args.cycles is not None:
-            raise BadInputError("--cycles is of --trials; a reality of another kind has its own")
+    trials = trials_of(args)
+    if trials is None:
         with bad_input("--reality:"):
             return reality(DEFAULT if args.reality is None else args.reality)
     if args.reality is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
     real, simulated = args.cycles or (None, None)
-    nominal = Physics.published()
-    # Its own cycles are 15 but for the last digits, and its landscape ships.
-    if simulated is not None and abs(simulated - float(nominal.cycles)) > 1e-3:
-        nominal = nominal.lasting(simulated)
+    nominal = None if simulated is None else published_for(simulated)
     with bad_input("--trials:"):
-        made: Reality = Reality.from_trials(read(*args.trials), nominal=nominal, cycles=real)
+        made: Reality = Reality.from_trials(trials, nominal=nominal, cycles=real)
         return made
+
+
+def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
+    """Return the tasks in which a robot that was tried got anywhere: of others all is unknown."""
+    made = [task for task in tasks if np.nanmax(task.reward(where.displacement)) > 0]
+    lost = [task.heading for task in tasks if task not in made]
+    way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
+    words = f"no robot of --trials goes {way}"
+    if not made:
+        raise BadInputError(f"{words}, so no regret is known; give others, or another --heading")
+    if lost:
+        complain("warning", f"{words}; left out")
+    return made
 
 
 def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[TransferRun]:
@@ -303,7 +306,7 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
         "tests": args.tests,
         "seed": args.seed,
         "noise": args.noise,
-        **_lost_or_measured(where),
+        **_lost_or_tried(where),
         "runs": rows,
         "mean": {
             **{
@@ -318,13 +321,18 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
     }
 
 
-def _lost_or_measured(where: Reality) -> dict[str, Any]:
-    """Return how many designs diverge in a reality, or what is known of one that was measured."""
+def _lost_or_tried(where: Reality) -> dict[str, Any]:
+    """Return how many designs diverge in a reality, or what is known of one made of trials."""
     if not isinstance(where, MeasuredReality):
         return {"diverged": int(where.landscape()["diverged"].sum())}
-    cycles = {"cycles": where.cycles, "simulated_cycles": float(where.nominal.cycles)}
-    known = {"about": where.about, "designs": where.designs.tolist(), **cycles}
-    return {"diverged": 0, "measured": known}
+    known = {
+        "about": where.about,
+        "source": where.measured[0].source,
+        "designs": where.designs.tolist(),
+        "cycles": where.cycles,
+        "simulated_cycles": float(where.nominal.cycles),
+    }
+    return {"diverged": 0, "trials": known}
 
 
 def _text(facts: dict[str, Any]) -> str:
@@ -355,15 +363,17 @@ def _text(facts: dict[str, Any]) -> str:
         else "no, its models don't vary all that differs",
         "simulations": ", ".join(str(row["simulations"]) for row in rows),
     }
-    if "measured" in facts:
-        known = facts["measured"]
-        said["measured"] = fill(known["about"], 65, subsequent_indent=" " * 15)
+    if "trials" in facts:
+        known = facts["trials"]
+        said["trials"] = fill(" " * 15 + known["about"], 80, subsequent_indent=" " * 15).lstrip()
         said["cycles"] = (
             f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
         )
         said["specified"] = "nobody knows what differs"
-    if None in (*mean["regret"], *mean["class_regret"]):
-        said["unknown"] = "where nobody measured the design, or none that goes that way"
+        if None in (*mean["regret"], *mean["class_regret"]):
+            said["unknown"] = "regret where nobody measured the design"
+        elif facts["tests"] == len(known["designs"]):
+            said["unknown"] = "errors, as no design that was measured is left to foresee"
     if facts["diverged"]:
         said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]

@@ -108,7 +108,7 @@ def physics_at(shares: Array, nominal: Physics, models: str) -> Physics:
             density=density * float(nominal.density),
             strain=strain,
             frequency_hz=frequency,
-        ).lasting(round(float(nominal.cycles)))
+        ).lasting(round(float(nominal.cycles), 3))
     if models != "coulomb":
         if kind < 1 / 3:
             physics = replace(physics, friction_static=0.0, friction_kinetic=0.0)

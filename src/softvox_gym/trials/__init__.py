@@ -2,7 +2,7 @@
 
 from softvox_gym.trials.comparison import Comparison, compare
 from softvox_gym.trials.database import read
-from softvox_gym.trials.measured import from_trials, real_tracks
+from softvox_gym.trials.measured import from_trials
 from softvox_gym.trials.transfers import Transfer, transfers
 from softvox_gym.trials.trial import Trial, TrialError
 
@@ -14,6 +14,5 @@ __all__ = [
     "compare",
     "from_trials",
     "read",
-    "real_tracks",
     "transfers",
 ]

@@ -30,11 +30,8 @@ def transfers() -> tuple[Transfer, ...]:
     >>> max(transfers(), key=lambda row: row.morphologies).title
     'Scalable sim-to-real transfer of soft robot designs'
     """
-    return tuple(map(_transfer, records("transfers.csv")))
-
-
-def _transfer(row: dict[str, str]) -> Transfer:
-    year, controllers, morphologies = (int(row[name]) for name in Transfer._fields[1:4])
-    return Transfer(
-        row["key"], year, controllers, morphologies, row["authors"], row["title"], row["venue"]
+    rows = (row.values() for row in records("transfers.csv"))
+    return tuple(
+        Transfer(key, int(year), int(controllers), int(morphologies), *source)
+        for key, year, controllers, morphologies, *source in rows
     )

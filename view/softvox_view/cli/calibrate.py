@@ -6,6 +6,7 @@ import json
 import math
 import sys
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -19,9 +20,10 @@ from softvox_gym.calibration import (
     known_of,
     tracks_of,
 )
-from softvox_gym.cli.parser import add_physics, add_threads, physics_of
+from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.trials import add_trials, trials_of
 from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
@@ -30,12 +32,8 @@ from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import LITTLE, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
-from softvox_gym.trials import read, real_tracks
-from softvox_gym.trials.measured import MeasuredReality
+from softvox_gym.trials.measured import MOST_CYCLES, MeasuredReality
 from softvox_view.cli.options import import_figures
-
-#: A real track may go on for so many.
-MOST_CYCLES = 1000
 
 #: Points that people see.
 SHOWN = 10
@@ -53,7 +51,8 @@ A point is scored by the number of headings within {WITHIN} degrees, and by the
 distance between the ends where that is the same. Designs that travel less than
 {LITTLE:g} voxel widths in reality have no heading, and are not among those that
 count; one that has none under a point is missed there. Robots are held against
-each other after as many cycles as the real ones walked.
+each other after as many cycles as the real ones walked, those of trials all
+after as many as the shortest run has, or after --cycles.
 
 --grid names axes, each with values or with the usual ones:
   friction,shear                   pairs of friction, kinetic at most static; T*
@@ -83,14 +82,6 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="tracks of real robots; may be given several times",
     )
-    parser.add_argument(
-        "--trials",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="a folder of trials of real robots; may be given several times",
-    )
     parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
     parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
     parser.add_argument(
@@ -106,6 +97,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_trials(parser, cycles=number)
     add_threads(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
@@ -145,6 +137,7 @@ def run(args: Namespace) -> int:
             "best": made.point(made.best),
             "with_heading": int(made.has_heading.sum()),
             "reality": args.reality,
+            "about": None if where is None else where.about,
             "known": known,
             "designs": [{k: plain(value) for k, value in row.items()} for row in designs.records()],
             "points": points.records(),
@@ -153,6 +146,9 @@ def run(args: Namespace) -> int:
         print(json.dumps(found, indent=2, allow_nan=False))
         return 0
     print(f"{points.text()}\n\nat the best point:\n{designs.text()}")
+    if where is not None:
+        told = (f"{k} {v if isinstance(v, str) else f'{v:g}'}" for k, v in known.items())
+        print(f"\nreal: {where.about}\nknown of it: {', '.join(told) or 'nothing'}")
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0
@@ -160,9 +156,9 @@ def run(args: Namespace) -> int:
 
 def _where(args: Namespace) -> Reality | None:
     """Return the reality that is meant; None where tracks are."""
-    if args.trials:
+    if (trials := trials_of(args)) is not None:
         with bad_input("--trials:"):
-            made: Reality = Reality.from_trials(read(*args.trials))
+            made: Reality = Reality.from_trials(trials, cycles=args.cycles)
             return made
     with bad_input("--reality:"):
         return None if args.reality is None else reality(args.reality)
@@ -179,7 +175,7 @@ def _take_known(args: Namespace, where: Reality | None) -> dict[str, Any]:
 
 def _tracks(args: Namespace, where: Reality | None, physics: Physics) -> tuple[RealTrack, ...]:
     if isinstance(where, MeasuredReality):
-        return real_tracks(where.measured, edge_cm=float(physics.edge) * 100)
+        return replace(where, nominal=physics).tracks
     if where is None:
         with bad_input("--tracks"):
             return read_tracks(args.tracks, most_cycles=MOST_CYCLES)
@@ -226,12 +222,12 @@ def designs_of(made: Calibration) -> Section:
     """Return the designs, in reality and at the best point."""
     best = made.best
     rows = []
-    for i, number in enumerate(made.designs.tolist()):
+    for i, design in enumerate(made.designs.tolist()):
         real, model = made.real[i], made.end[best, i]
         rows.append(
             (
-                number,
-                Design(number).digits,
+                design,
+                Design(design).digits,
                 int(made.trials[i]),
                 float(made.spread[i]),
                 float(made.cycles[i]),

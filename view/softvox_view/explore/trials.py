@@ -12,8 +12,8 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import track_at
 from softvox_gym.trials import Trial
 
-#: Points of a track that are kept: more would not be seen.
-MOST = 200
+#: Points of a track that are kept: more would not be seen, and make the page large.
+MOST = 100
 
 
 def on_the_map(trials: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -36,14 +36,8 @@ def told(trials: Sequence[Trial]) -> dict[str, dict[str, Any]]:
 
 
 def _order(trial: Trial) -> tuple[Any, ...]:
-    return (
-        trial.source,
-        _name(trial),
-        trial.design.index,
-        trial.date,
-        trial.repetition,
-        trial.digest,
-    )
+    when = (trial.date, trial.repetition, trial.digest)
+    return trial.source, _name(trial), trial.design.index, *when
 
 
 def _name(trial: Trial) -> str:
