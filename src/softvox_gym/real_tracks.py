@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -32,6 +33,9 @@ Array = NDArray[np.float64]
 
 #: The line of a point, its time, x and y.
 Point = tuple[int, float, float, float]
+
+#: Python takes more for one: 1_0, digits of other scripts, and control characters around it.
+NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 #: What to do where two runs may be mixed up.
 OWN_TRIAL = "give each run of a robot a trial of its own"
@@ -217,7 +221,7 @@ def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int
     line = 1
     try:
         for cells in reader:
-            yield line, [cell.strip() for cell in cells]
+            yield line, [cell.strip(" \t\r\n") for cell in cells]
             line = reader.line_num + 1
     except UnicodeDecodeError:
         raise CsvError(
@@ -242,10 +246,7 @@ def design_in(text: str, lattice: Lattice) -> Design:
 
 def number_in(name: str, text: str) -> float:
     """Return the finite number that a file has in a column; ValueError where it has none."""
-    try:
-        value = float(text.replace("_", "?"))
-    except ValueError:
-        value = math.nan
+    value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
         raise ValueError(
             f"{name} must be a finite number such as 1.25, got {text[:40]!r}; leave the line out "

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import malformed_tracks as files
@@ -7,7 +8,7 @@ import pytest
 from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import CsvError
-from softvox_gym.trials import TrialError
+from softvox_gym.trials import TrialError, track_files
 from softvox_gym.trials.track_files import Film, read_track_files
 
 FACTS = {
@@ -223,6 +224,13 @@ PIXELS = "t_s,x_px,y_px\n"
             {"scale": "1/9"},
             r"line 3: \(-1, 0\) leaves the picture, which begins at 0, 0; correct it, or",
         ),
+        (
+            files.DEEPLABCUT.replace(b"0.98", b"98"),
+            {"scale": "1/9", "fps": 9, "point": "top"},
+            "line 6: likelihood must be from 0 to 1, got 98",
+        ),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,\x1c.3\n", {}, r"line 3: y_cm must be .*'\\x1c\.3'"),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,\u0663\n", {}, "line 3: y_cm must be a finite number"),
         (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "counts no frames; leave --fps out"),
         (files.DEEPLABCUT, {"scale": "1/9"}, "counts frames; give the frames per second .* --fps"),
         (
@@ -307,15 +315,35 @@ def test_simulated_tracks_are_of_voxels_of_a_centimetre():
     assert one("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", **facts).voxel_cm == 1
 
 
-def test_ten_thousand_malformed_files_are_read_or_refused_by_name():
-    told = []
+def _by_eye(line, delimiter):
+    """Return the numbers in a line as one reads them, with decimal commas where those can be."""
+    text = line if delimiter == "," else line.replace(",", ".")
+    cells = (cell.strip(' "\t\r\ufeff') for cell in text.split(delimiter))
+    number = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
+    return {float(cell) for cell in cells if number.fullmatch(cell)}
+
+
+def test_ten_thousand_malformed_files_are_read_as_they_are_or_refused_by_name(monkeypatch):
+    tracks, told = [], []
+    found = track_files._found
+
+    def noted(path, track, *options):
+        tracks.append(track)
+        return found(path, track, *options)
+
+    monkeypatch.setattr(track_files, "_found", noted)
     for content, film, options in files.malformed(10_000, seed=15):
+        tracks.clear()
         try:
-            found = read(content, film=film, **options)
+            read(content, film=film, **options)
         except CsvError as error:
             told.append(str(error))
-        else:
-            assert all(np.isfinite(each.trial.position).all() for each in found)
+            continue
+        lines = content.decode().split("\n")
+        for track in tracks:
+            for line, time, x, y in track.points:
+                point = {round(time * film.get("fps", 1), 9), x, y}
+                assert any(point <= _by_eye(lines[line - 1], delimiter) for delimiter in "\t;,")
     assert 8000 < len(told) < 9500
     assert all(fault.startswith(str(FILE)) and len(fault) < 1000 for fault in told)
     assert sum(", line " in fault for fault in told) > 0.9 * len(told)

@@ -12,7 +12,7 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.cli import build
 from softvox_view.figures.robots import published
 
-BURIED = ("1" * 13 + "2" + "1" * 13, "--shape", "3", "3", "3")
+BURIED = ("1" * 13 + "2" + "1" * 13, "--shape", "3x3x3")
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def check(*folders: Path) -> Checked:
 def add(
     folder: Path, trials: Iterable[Trial] | Mapping[Trial, str], *, refuse_copies: bool = False
 ) -> Added:
-    """Add trials to a folder, which is made where there is none.
+    """Add trials, or a mapping of them to what errors call each, to a folder, which may be new.
 
     Every file appears whole. Whatever interrupts it, what is there is good, and the same call again
     completes it. Several processes may add to one folder.
@@ -75,7 +75,6 @@ def add(
     ----------
     folder : Path
     trials : iterable of Trial, or mapping of Trial to str
-        The latter says what errors call each.
     refuse_copies : bool
         Refuse a measured track that another trial has too, of these or of the folder.
 
@@ -84,8 +83,6 @@ def add(
     TrialError
         Before anything is written: where the folder has a fault, or two trials, of these or of the
         folder, describe the same run differently.
-    softvox_gym.files.OutputError
-        Where the folder can't be written to.
     """
     if not isinstance(trials, Mapping):
         trials = dict.fromkeys(trials, "a trial to add")
@@ -112,17 +109,14 @@ def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = 
     told = {trial.run: trial for trial in held}
     given = _sorted(places)
     known = tuple(trial for trial in given if _is_same(trial, told.get(trial.run)))
-    fresh = {*given} - {*known}
-    new = _sorted(fresh)
-    every = {**held, **{trial: places[trial] for trial in places if trial in fresh}}
+    new = _sorted({*given} - {*known})
+    every = {**held, **{trial: places[trial] for trial in new}}
     copies = _copies(every, known=held) if refuse_copies else ()
     for fault in (*_conflicts(every), *copies):
         raise TrialError(fault)
     folder.mkdir(exist_ok=True)
     try:
-        for trial in (
-            new := _sorted(fresh)
-        ):  # whoever writes the same file meanwhile writes the same bytes
+        for trial in new:  # whoever writes the same file meanwhile writes the same bytes
             write_file(folder / name_of(trial), trial.to_bytes(), force=True)
     except BaseException as stop:
         stop.add_note("the trials written so far are kept; the same command goes on")
@@ -132,9 +126,9 @@ def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = 
 
 def _is_same(trial: Trial, other: Trial | None) -> bool:
     """Return whether they say the same, be it read from another file."""
-    return other is not None and (
-        trial == other or replace(trial, provenance=other.provenance) == other
-    )
+    if other is None or trial == other:
+        return trial == other
+    return replace(trial, provenance=other.provenance) == other
 
 
 def _held(folders: Iterable[Path]) -> dict[Trial, Path]:

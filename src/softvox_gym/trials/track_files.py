@@ -285,7 +285,7 @@ def _tracker(
         owner = (above[i] if i < len(above) else "") or owner
         owners.append(owner)
     name, columns = _chosen(f"{path}, line {line}", owners, names, ("x", "y"), point)
-    lines = islice(rows(path, content, delimiter), line, None)
+    lines = (row for row in rows(path, content, delimiter) if row[0] > line)
     comma = "" if delimiter == "," else ","
     return _filled(path, "", name, lines, {"t": 0, **columns}, len(names), comma=comma)
 
@@ -294,8 +294,7 @@ def _deeplabcut(path: Path, content: bytes, film: Film) -> Track:
     """Return the track of a body part."""
     lines = rows(path, content)
     head: dict[str, list[str]] = {}
-    line = 1
-    for line, cells in islice(lines, HEAD):  # noqa: B007, it is told below
+    for _, cells in islice(lines, HEAD):
         head[cells[0] if cells else ""] = cells[1:]
         if "coords" in head:
             break
@@ -310,7 +309,8 @@ def _deeplabcut(path: Path, content: bytes, film: Film) -> Track:
     if len(set(who)) > 1:
         parts = [f"{one}/{part}" for one, part in zip(who, parts, strict=False)]
     wanted = ("x", "y", "likelihood") if "likelihood" in names else ("x", "y")
-    name, columns = _chosen(f"{path}, line {line}", ["", *parts], ["", *names], wanted, film.point)
+    where = f"{path}, line {len(head)}"
+    name, columns = _chosen(where, ["", *parts], ["", *names], wanted, film.point)
     columns, width = {"frame": 0, **columns}, len(parts) + 1
     track = _filled(path, "px", name, lines, columns, width, likelihood=film.likelihood)
     points = [(line, frame / film.fps, x, y) for line, frame, x, y in track.points]
@@ -374,6 +374,8 @@ def _filled(
         except ValueError as error:
             raise CsvError(f"{path}, line {line}: {error}") from None
         times.append(time)
+        if at[2:] and not 0 <= at[2] <= 1:
+            raise CsvError(f"{path}, line {line}: likelihood must be from 0 to 1, got {at[2]:g}")
         if at and min(at[2:], default=1.0) >= likelihood:
             points.append((line, time, at[0], at[1]))
     if not points:

@@ -283,6 +283,8 @@ _TEXTS = (
 #: The largest that each number can be; none is 0 or less.
 _NUMBERS = {"pressure_kpa": 1e3, "frequency_hz": 1e3, "cycles": _LARGEST, "voxel_cm": 100.0}
 
+_json = json.JSONEncoder(ensure_ascii=False).encode
+
 _HEAD = {"format": FORMAT, "version": VERSION}
 
 #: Of the file, in its order, but for what says the format, the lattice and the track.
@@ -386,7 +388,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)
