@@ -18,7 +18,7 @@ from string import ascii_uppercase
 
 import numpy as np
 
-from softvox_gym.design import ABSENT, ACTIVE, Design, actuators, closed_hollows
+from softvox_gym.design import ABSENT, ACTIVE, Design, DesignLike, actuators, closed_hollows
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import FACES
 
@@ -136,8 +136,10 @@ class Plan:
     steps: tuple[str, ...]
 
 
-def plan(design: Design) -> Plan:
+def plan(design: DesignLike) -> Plan:
     """Return what is built of a design; `softvox_gym.design.buildable` tells alone whether it can.
+
+    The design is as `Design` takes it; TypeError or ValueError for what is none.
 
     An inlet goes to a free side, before which nothing is built; where there is none to the top, the
     underside of an overhang, or a gap between voxels; and to the underside, on which the robot
@@ -146,7 +148,7 @@ def plan(design: Design) -> Plan:
 
     Examples
     --------
-    >>> full = plan(Design(6560))
+    >>> full = plan(6560)
     >>> [(group.name, group.sites, group.inlet.face) for group in full.groups]
     [('A', (0, 1, 2, 3), (-1, 0, 0)), ('B', (4, 5, 6, 7), (-1, 0, 0))]
     >>> len(full.holes), full.problems
@@ -154,11 +156,11 @@ def plan(design: Design) -> Plan:
     >>> print(*plan(Design("202", shape=(1, 1, 3))).problems)
     it is 2 pieces, (0,0,0) | (0,0,2), that do not touch
     """
-    body = _Body(design)
+    body = _Body(Design(design))
     problems = tuple(body.problems())
     steps = () if problems else tuple(body.steps())
     warnings = tuple(body.warnings())
-    return Plan(design, body.groups, body.bonds, body.holes, problems, warnings, steps)
+    return Plan(body.design, body.groups, body.bonds, body.holes, problems, warnings, steps)
 
 
 def places(design: Design, sites: Iterable[int]) -> str:
