@@ -87,9 +87,13 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
 def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real):
     assert real.nominal == Physics.published()
     assert float(Reality.from_trials([line(17)]).nominal.cycles) == pytest.approx(30)
-    slow = Reality.from_trials(TRIALS, nominal=Physics.published().lasting(23))
+    slow = Reality.from_trials(TRIALS, cycles=(15, 23))
     assert (float(slow.nominal.cycles), slow.cycles) == (pytest.approx(23), 15)
     assert slow != real
+    assert (slow.displacement[17:] == real.displacement[17:])[slow.testable[17:]].all()
+    assert slow.tracks[0].cycle == pytest.approx(real.tracks[0].cycle * 23 / 15)
+    assert slow.mean_track(6453, 4).shape == (93, 3)
+    assert slow.against(Physics.of("exact")).simulated_cycles == pytest.approx(23)
 
 
 def test_what_results_depend_on_is_the_trials_and_the_cycles(real):
@@ -154,7 +158,7 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused([*trials_in("soft", [17]), *trials_in("reversal", [40])], "differ in reality: 1 with s")
     early = rf"1 of 1 runs end before 31 cycles: design 17 \({one.digest[:12]}\) after 30"
     refused([one], early, cycles=31)
-    refused([one], "cycles must be a positive number", cycles=0)
+    refused([one], "cycles must be a number above 0", cycles=0)
     refused([line(17, end=1001.0)], "cycles must be above 0 and at most 1000, got 1001")
     refused([one], "cycles must be a number", TypeError, cycles="all")
     large = line(Design("2" * 27, shape=(3, 3, 3)))

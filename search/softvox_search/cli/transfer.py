@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softvox_gym import MeasuredReality, Reality, reality
-from softvox_gym.cli.parser import cycles, number, whole_number
+from softvox_gym.cli.parser import add_cycles, number, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.files import write_file
@@ -22,8 +22,8 @@ from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
 from softvox_gym.tasks import HEADINGS, Task
 from softvox_gym.trials.database import read
-from softvox_gym.trials.measured import published_for
 from softvox_search.cli.options import (
+    add_method_options,
     check_output,
     name_in_files,
     not_negative,
@@ -90,12 +90,6 @@ def add_parser(commands: Any) -> None:
             "help": "from --list, or your own as package.module:name (default: %(default)s)",
         },
         "list": {"action": "store_true", "help": "list the methods with their options"},
-        "option": {
-            "action": "append",
-            "default": [],
-            "metavar": "KEY=VALUE",
-            "help": "of the method, with a value as in TOML; may be given several times",
-        },
         "reality": {
             "metavar": "NAME",
             "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
@@ -106,32 +100,10 @@ def add_parser(commands: Any) -> None:
             "metavar": "DIR",
             "help": "a folder of trials, in place of --reality; may be given several times",
         },
-        "cycles": {
-            "type": cycles,
-            "metavar": "N",
-            "help": "of --trials: after how many cycles robots are looked at, or REAL:SIMULATED",
-        },
-        "task": {
-            "default": "directed",
-            "metavar": "NAME",
-            "help": "directed, along a heading, or displacement, in any direction "
-            "(default: %(default)s)",
-        },
-        "heading": {
-            "type": number,
-            "metavar": "DEG",
-            "help": "of the directed task, degrees from x towards y (default: the four)",
-        },
         "tests": {
             "type": whole_number,
             "metavar": "N",
             "help": "in reality, per heading (default: 20, or all that were measured)",
-        },
-        "seed": {
-            "type": not_negative,
-            "default": 0,
-            "metavar": "N",
-            "help": "of all random numbers (default: %(default)s)",
         },
         "noise": {
             "type": number,
@@ -156,6 +128,8 @@ def add_parser(commands: Any) -> None:
     }
     for name, settings in options.items():
         parser.add_argument(f"--{name}", **settings)
+    add_cycles(parser, "of --trials: ")
+    add_method_options(parser, task="directed", heading="the four")
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -218,10 +192,8 @@ def _where(args: Namespace) -> Reality:
             return reality(DEFAULT if args.reality is None else args.reality)
     if args.reality is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
-    real, simulated = args.cycles or (None, None)
-    nominal = None if simulated is None else published_for(simulated)
     with bad_input("--trials:"):
-        made: Reality = Reality.from_trials(read(*args.trials), nominal=nominal, cycles=real)
+        made: Reality = Reality.from_trials(read(*args.trials), cycles=args.cycles)
         return made
 
 
@@ -340,7 +312,7 @@ def _lost_or_tried(where: Reality) -> dict[str, Any]:
         "source": where.measured[0].source,
         "designs": where.designs.tolist(),
         "cycles": where.cycles,
-        "simulated_cycles": float(where.nominal.cycles),
+        "simulated_cycles": where.simulated_cycles,
     }
     return {"diverged": 0, "trials": known}
 

@@ -6,7 +6,6 @@ import json
 import math
 import sys
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -20,7 +19,7 @@ from softvox_gym.calibration import (
     known_of,
     tracks_of,
 )
-from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of
+from softvox_gym.cli.parser import add_cycles, add_physics, add_threads, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import Design, written
@@ -29,10 +28,10 @@ from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.real_tracks import LITTLE, WITHIN, RealTrack, heading, read_tracks
+from softvox_gym.real_tracks import LITTLE, MOST_CYCLES, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials import read
-from softvox_gym.trials.measured import MOST_CYCLES, MeasuredReality
+from softvox_gym.trials.measured import MeasuredReality
 from softvox_view.cli.options import import_figures
 
 #: Points that people see.
@@ -90,13 +89,7 @@ def add_parser(commands: Any) -> None:
         metavar="DIR",
         help="a folder of trials of real robots; may be given several times",
     )
-    parser.add_argument(
-        "--cycles",
-        type=number,
-        metavar="N",
-        help="of --trials: after how many cycles robots are looked at (default: as many as the "
-        "shortest run has)",
-    )
+    add_cycles(parser, "of --trials: ")
     parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
     parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
     parser.add_argument(
@@ -191,7 +184,7 @@ def _take_known(args: Namespace, where: Reality | None) -> dict[str, Any]:
 
 def _tracks(args: Namespace, where: Reality | None, physics: Physics) -> tuple[RealTrack, ...]:
     if isinstance(where, MeasuredReality):
-        return replace(where, nominal=physics).tracks
+        return where.against(physics).tracks
     if where is None:
         with bad_input("--tracks"):
             return read_tracks(args.tracks, most_cycles=MOST_CYCLES)

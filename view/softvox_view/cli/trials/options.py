@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from softvox_gym.cli.terminal import bad_input
+from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
 from softvox_gym.trials.database import read, shipped
 from softvox_gym.trials.trial import Trial
@@ -81,3 +81,19 @@ def read_folders(args: Namespace) -> tuple[Trial, ...]:
     """
     with bad_input():
         return read(*folders_of(args))
+
+
+def read_chosen(args: Namespace) -> list[Trial]:
+    """Read the trials that the options name and choose; none where there are none.
+
+    Raises
+    ------
+    BadInputError
+        Where a folder is missing or has a fault, or none is chosen of those that there are.
+    """
+    every = read_folders(args)
+    if every and not (trials := chosen(every, args)):
+        raise BadInputError(
+            f"none of the {len(every)} trials is as the options say; softvox trials list shows all"
+        )
+    return trials if every else []
