@@ -1,6 +1,7 @@
 """Methods that may test what was measured, and nothing else."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,11 +10,13 @@ from pseudo_trials import NINE, trials_in
 
 from softvox_gym import Physics, Reality, Task, reality
 from softvox_gym.cli import main
+from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.landscapes.gap import class_best, srcc
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.table import displacements, landscape
 from softvox_gym.trials import database
 from softvox_search import SearcherError
+from softvox_search.cli.transfer import _answerable
 from softvox_search.transfer import METHODS, Method, Simulator, Test, make, transfer
 from softvox_search.transfer.protocol import half_best
 from softvox_search.transfer.run import heading_error, regrets, truth
@@ -161,6 +164,32 @@ def test_the_truth_of_a_simulated_reality_is_its_landscape():
     assert (truth(reality("soft")) == displacements(landscape(reality("soft")))).all()
 
 
+def test_nothing_is_told_of_ways_that_no_robot_goes(capsys):
+    still = replace(trials_in("reversal", [17])[0], cycle=[0, 15], position=[[0, 0], [0, 1]])
+    where = Reality.from_trials([still])
+    tasks = [Task("directed", heading) for heading in (0.0, 90.0, 270.0)]
+    assert _answerable(where, tasks) == [tasks[1]]
+    assert "no robot of --trials goes towards 0, 270 degrees; left out" in capsys.readouterr().err
+    where = Reality.from_trials([replace(still, position=[[0, 0], [0, 0]])])
+    with pytest.raises(BadInputError, match="no robot of --trials goes anywhere"):
+        _answerable(where, [Task("displacement")])
+
+
+def test_a_picture_without_a_line_says_why(real):
+    class Bold(Method):
+        def ask(self):
+            return int(np.flatnonzero(self.untested())[0])
+
+        def recommend(self):
+            return 17
+
+    from softvox_search.report.crossing import picture
+
+    run = transfer(Bold, reality=real, task=NORTH, tests=2)
+    losses, _ = picture([run], displacements(landscape()), truth(real)).axes
+    assert [text.get_text() for text in losses.texts] == ["unknown: nobody measured the design"]
+
+
 # The command.
 
 
@@ -187,6 +216,7 @@ def test_the_command_tells_what_was_measured(folder, capsys):
     assert lines[0] == "ite in trials, directed along 0, 90, 270 degrees; seed 0"
     assert [line.split()[0] for line in lines[3:7]] == ["1", "2", "5", "9"]
     assert "trials         9 runs of 9 designs, after 15 cycles on acrylic, simulated in" in lines
+    assert "               reversal" in lines
     assert "cycles         15 of the robots, 15 simulated" in lines
 
 
@@ -221,6 +251,9 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "trials", "--cycles", "90:23"], "--trials: 9 of 9 runs end before 90 cycles"),
         (["--trials", "trials", "--trials", "talc"], "--trials: the trials differ in powder"),
         (["--trials", "talc", "--heading", "-90"], "no robot of --trials goes towards 270 degrees"),
+        (["--trials", "trials", "--trials", "talc", "--powder=talc", "--heading=-90"], "towards"),
+        (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials is as"),
+        (["--simulated-in", "soft"], "--simulated-in is of --trials; give it as well"),
         (["--cycles", "9"], "--cycles is of --trials"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),
         (["--trials", "trials", "--cycles", "1:0"], "--cycles: must be N or REAL:SIMULATED"),

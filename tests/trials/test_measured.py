@@ -52,9 +52,9 @@ def test_repetitions_are_averaged_over_the_cycles_of_the_shortest_run():
     made = Reality.from_trials([runs[0], line(17, x=6.0, repetition=2)], cycles=15)
     assert made.displacement[17] == pytest.approx([1.5, 0, 0])
     assert made.spread[17] == pytest.approx(0.5)
-    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic"
+    assert made.about == "2 runs of 1 design, after 15 cycles on acrylic, measured"
     powdered = Reality.from_trials([line(17, powder="talc")])
-    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc"
+    assert powdered.about == "1 run of 1 design, after 30 cycles on acrylic with talc, measured"
     assert [track.cycle.tolist() for track in made.tracks] == [[0, 15], [0, 15]]
     assert made.mean_track(17, 4).shape == (61, 3)
     assert made.mean_track(17, 4)[[0, 20, -1], 0] == pytest.approx([0, 0.5, 1.5])
@@ -81,7 +81,7 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
     assert real != Reality.from_trials(TRIALS, cycles=14)
     with pytest.raises(ValueError, match="9 of 9 runs end before 16 cycles"):
         replace(real, cycles=16)
-    assert replace(real, cycles=9).about.startswith("9 runs of 9 designs, after 9 cycles on")
+    assert replace(real, cycles=9).about.startswith("9 runs of 9 designs, after 9 cycles laid over 15 ")
 
 
 def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real):
@@ -90,6 +90,7 @@ def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real
     slow = Reality.from_trials(TRIALS, cycles=(15, 23))
     assert (float(slow.nominal.cycles), slow.cycles) == (pytest.approx(23), 15)
     assert slow != real
+    assert "after 15 cycles laid over 23 simulated ones on acrylic" in slow.about
     assert (slow.displacement[17:] == real.displacement[17:])[slow.testable[17:]].all()
     assert slow.tracks[0].cycle == pytest.approx(real.tracks[0].cycle * 23 / 15)
     assert slow.mean_track(6453, 4).shape == (93, 3)
@@ -160,7 +161,7 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused([one], early, cycles=31)
     refused([one], "cycles must be a number above 0", cycles=0)
     refused([line(17, end=1001.0)], "cycles must be above 0 and at most 1000, got 1001")
-    refused([one], "cycles must be a number", TypeError, cycles="all")
+    refused([one], "cycles must be a number", cycles="all")
     large = line(Design("2" * 27, shape=(3, 3, 3)))
     refused(
         [one, large], rf"designs of 2x2x2, and 1 of 2 runs are of others: .*{large.digest[:12]}"

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softvox_gym import MeasuredReality, Reality, reality
-from softvox_gym.cli.parser import add_cycles, number, whole_number
+from softvox_gym.cli.parser import number, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
+from softvox_gym.cli.trials import add_trials, trials_of
 from softvox_gym.files import write_file
 from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
 from softvox_gym.tasks import HEADINGS, Task
-from softvox_gym.trials.database import read
 from softvox_search.cli.options import (
     add_method_options,
     check_output,
@@ -53,8 +53,8 @@ function f(test, simulator, task, rng); docs/transfer.md has both. It is looked
 for among what is installed, on PYTHONPATH and in the current folder. What it
 prints goes to standard error.
 
---trials DIR makes a reality of what was measured, the files of a folder of
-trials (softvox trials) of 2x2x2 designs under the same conditions. Designs that
+--trials DIR makes a reality of what was measured, the trials of a folder
+(softvox trials) or some of them, as --surface acrylic chooses. Designs that
 nobody measured can't be tested; where one is recommended, regret is unknown.
 Headings that none of the robots goes to are left out. All robots, real and
 simulated, are looked at after as many cycles as the shortest run has; --cycles
@@ -94,12 +94,6 @@ def add_parser(commands: Any) -> None:
             "metavar": "NAME",
             "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
         },
-        "trials": {
-            "action": "append",
-            "type": Path,
-            "metavar": "DIR",
-            "help": "a folder of trials, in place of --reality; may be given several times",
-        },
         "tests": {
             "type": whole_number,
             "metavar": "N",
@@ -128,8 +122,8 @@ def add_parser(commands: Any) -> None:
     }
     for name, settings in options.items():
         parser.add_argument(f"--{name}", **settings)
-    add_cycles(parser, "of --trials: ")
     add_method_options(parser, task="directed", heading="the four")
+    add_trials(parser)
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -185,25 +179,25 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
-    if args.trials is None:
-        if args.cycles is not None:
-            raise BadInputError("--cycles is of --trials; a reality of another kind has its own")
+    trials = trials_of(args)
+    if trials is None:
         with bad_input("--reality:"):
             return reality(DEFAULT if args.reality is None else args.reality)
     if args.reality is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
     with bad_input("--trials:"):
-        made: Reality = Reality.from_trials(read(*args.trials), cycles=args.cycles)
+        made: Reality = Reality.from_trials(trials, cycles=args.cycles)
         return made
 
 
 def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
     """Return the tasks in which a robot that was tried got anywhere: of others all is unknown."""
     made = [task for task in tasks if np.nanmax(task.reward(where.displacement)) > 0]
-    lost = [f"{task.heading or 0:g}" for task in tasks if task not in made]
-    words = f"no robot of --trials goes towards {', '.join(lost)} degrees"
+    lost = [task.heading for task in tasks if task not in made]
+    way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
+    words = f"no robot of --trials goes {way}"
     if not made:
-        raise BadInputError(f"{words}, so that no regret is known; give another --heading")
+        raise BadInputError(f"{words}, so no regret is known; give others, or another --heading")
     if lost:
         complain("warning", f"{words}; left out")
     return made
@@ -347,7 +341,7 @@ def _text(facts: dict[str, Any]) -> str:
     }
     if "trials" in facts:
         known = facts["trials"]
-        said["trials"] = fill(known["about"], 65, subsequent_indent=" " * 15)
+        said["trials"] = fill(" " * 15 + known["about"], 80, subsequent_indent=" " * 15).lstrip()
         said["cycles"] = (
             f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
         )

@@ -50,7 +50,7 @@ class TransferRun:
     regret : ndarray, shape (tests,)
         After each test: what is lost by building the design recommended, as a share of what the
         best is worth; above 1 where it goes the wrong way. In a `MeasuredReality` that is the best
-        measured, and NaN where it recommends what nobody measured.
+        measured; NaN where it recommends what nobody measured, or nothing measured goes that way.
     class_regret : ndarray, shape (tests,)
         The same where a robot may be turned or mirrored before it is let go; of what was measured,
         NaN where of a robot's class nothing was.

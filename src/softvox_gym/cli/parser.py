@@ -76,14 +76,14 @@ def cycles(text: str) -> tuple[float, float]:
     return real, simulated
 
 
-def add_cycles(parser: argparse.ArgumentParser, of: str = "") -> None:
+def add_cycles(parser: Any) -> None:
     """Add --cycles."""
     parser.add_argument(
         "--cycles",
         type=cycles,
         metavar="N",
-        help=f"{of}after how many cycles real and simulated robots are looked at, or "
-        "REAL:SIMULATED, as 90:23 (default: as many as the shortest run has)",
+        help="after how many real and simulated robots are looked at, or REAL:SIMULATED, as 90:23 "
+        "(default: as many as the shortest run has)",
     )
 
 

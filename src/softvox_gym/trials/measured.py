@@ -7,12 +7,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import ceil
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import Design
+from softvox_gym.landscapes.analysis.graph import read_only
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Trials, not_negative
 from softvox_gym.physics import Physics
@@ -22,7 +23,6 @@ from softvox_gym.simulation import Result
 from softvox_gym.trials.trial import Trial
 
 Array = NDArray[np.float64]
-T = TypeVar("T", bound=np.generic)
 
 LATTICE = Lattice()
 
@@ -81,7 +81,7 @@ class MeasuredReality(Reality):
             "measured": trials,
             "cycles": float(self.cycles),
             "physics": self.nominal,
-            "about": _about(trials, self.cycles),
+            "about": _about(trials, self.cycles, self.simulated_cycles),
         }
         for name, value in changed.items():
             object.__setattr__(self, name, value)
@@ -104,7 +104,7 @@ class MeasuredReality(Reality):
     @cached_property
     def testable(self) -> NDArray[np.bool_]:
         """Whether a design was measured, shape (6561,)."""
-        return _frozen(np.isin(np.arange(LATTICE.n_designs), self.designs))
+        return read_only(np.isin(np.arange(LATTICE.n_designs), self.designs))
 
     @cached_property
     def displacement(self) -> Array:
@@ -115,7 +115,7 @@ class MeasuredReality(Reality):
         made = np.full((LATTICE.n_designs, 3), np.nan)
         for design, ends in self._ends.items():
             made[design] = (*ends.mean(axis=0), 0.0)
-        return _frozen(made)
+        return read_only(made)
 
     @cached_property
     def spread(self) -> Array:
@@ -126,7 +126,7 @@ class MeasuredReality(Reality):
         made = np.full(LATTICE.n_designs, np.nan)
         for design, ends in self._ends.items():
             made[design] = np.sqrt(np.square(ends - ends.mean(axis=0)).sum(axis=1).mean())
-        return _frozen(made)
+        return read_only(made)
 
     @property
     def simulated_cycles(self) -> float:
@@ -340,18 +340,19 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
             told = (f"{n} with {value or 'none said'}" for value, n in counts.most_common())
             raise ValueError(
                 f"the trials differ in {name}: {_some(told)}; a reality has one, so give those of "
-                "one alone, in a folder of their own"
+                "one alone"
             )
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
 
 
-def _about(trials: Sequence[Trial], cycles: float) -> str:
+def _about(trials: Sequence[Trial], cycles: float, simulated: float) -> str:
     one, runs, designs = trials[0], len(trials), len({trial.design for trial in trials})
     where = f"{one.surface} with {one.powder}" if one.powder else one.surface
-    world = f", simulated in {one.reality}" if one.source == "simulated" else ""
+    world = f" in {one.reality}" if one.reality else ""
+    over = f" laid over {simulated:g} simulated ones" if simulated != cycles else ""
     return (
         f"{runs} run{'s' * (runs > 1)} of {designs} design{'s' * (designs > 1)}, "
-        f"after {cycles:g} cycles on {where}{world}"
+        f"after {cycles:g} cycles{over} on {where}, {one.source}{world}"
     )
 
 
@@ -365,8 +366,3 @@ def _some(values: Iterable[Any]) -> str:
     told = [str(value) for value in values]
     more = f" and {len(told) - NAMED} more" if len(told) > NAMED else ""
     return ", ".join(told[:NAMED]) + more
-
-
-def _frozen(values: NDArray[T]) -> NDArray[T]:
-    values.flags.writeable = False
-    return values

@@ -19,9 +19,10 @@ from softvox_gym.calibration import (
     known_of,
     tracks_of,
 )
-from softvox_gym.cli.parser import add_cycles, add_physics, add_threads, physics_of
+from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.trials import add_trials, trials_of
 from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
@@ -30,7 +31,6 @@ from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import LITTLE, MOST_CYCLES, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
-from softvox_gym.trials import read
 from softvox_gym.trials.measured import MeasuredReality
 from softvox_view.cli.options import import_figures
 
@@ -81,15 +81,6 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="tracks of real robots; may be given several times",
     )
-    parser.add_argument(
-        "--trials",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="a folder of trials of real robots; may be given several times",
-    )
-    add_cycles(parser, "of --trials: ")
     parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
     parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
     parser.add_argument(
@@ -105,6 +96,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_trials(parser)
     add_threads(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
@@ -117,8 +109,6 @@ def run(args: Namespace) -> int:
             "what is real is said by --tracks FILE.csv, by --trials DIR, or by --reality NAME "
             "--designs N,N,...; give one of them"
         )
-    if args.cycles is not None and not args.trials:
-        raise BadInputError("--cycles is of --trials; tracks and realities have their own")
     if (args.designs is None) == (args.reality is not None):
         raise BadInputError("--reality NAME and --designs N,N,... belong together; give both")
     if args.duration is not None:
@@ -165,9 +155,9 @@ def run(args: Namespace) -> int:
 
 def _where(args: Namespace) -> Reality | None:
     """Return the reality that is meant; None where tracks are."""
-    if args.trials:
+    if (trials := trials_of(args)) is not None:
         with bad_input("--trials:"):
-            made: Reality = Reality.from_trials(read(*args.trials), cycles=args.cycles)
+            made: Reality = Reality.from_trials(trials, cycles=args.cycles)
             return made
     with bad_input("--reality:"):
         return None if args.reality is None else reality(args.reality)

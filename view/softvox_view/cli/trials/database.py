@@ -11,6 +11,7 @@ from typing import Any
 
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.cli.trials import add_filters, chosen
 from softvox_gym.design import called
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
@@ -19,14 +20,7 @@ from softvox_gym.real_tracks import heading
 from softvox_gym.trials.database import check, merge
 from softvox_gym.trials.export import as_json_lines, as_parquet
 from softvox_gym.trials.trial import Trial
-from softvox_view.cli.trials.options import (
-    add_filters,
-    add_folders,
-    add_into,
-    chosen,
-    folders_of,
-    read_folders,
-)
+from softvox_view.cli.trials.options import add_folders, add_into, folders_of, read_folders
 
 CHECK = """\
 Say all that is wrong in folders of trials, and between them, a line for each

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
 
-from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.design import called
+from softvox_gym.cli.terminal import bad_input
+from softvox_gym.cli.trials import some_chosen
 from softvox_gym.trials.database import read, shipped
 from softvox_gym.trials.trial import Trial
 
@@ -40,31 +39,6 @@ def add_into(parser: ArgumentParser) -> None:
     )
 
 
-def add_filters(parser: ArgumentParser) -> None:
-    """Add options that choose among the trials."""
-    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
-    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
-    parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
-    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
-    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
-    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
-
-
-def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
-    """Return the trials that the options of `add_filters` choose; all where none is given."""
-    return [
-        trial
-        for trial in trials
-        if args.design in (None, str(called(trial.design)), trial.design.digits)
-        and args.source in (None, trial.source)
-        and args.simulated_in in (None, trial.reality)
-        and all(
-            (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
-            for name in ("surface", "powder", "who")
-        )
-    ]
-
-
 def folders_of(args: Namespace) -> list[Path]:
     """Return the folders that the options name; with --shipped, the default may be missing."""
     own = args.folders or ([] if args.shipped and not DEFAULT.exists() else [DEFAULT])
@@ -92,8 +66,5 @@ def read_chosen(args: Namespace) -> list[Trial]:
         Where a folder is missing or has a fault, or none is chosen of those that there are.
     """
     every = read_folders(args)
-    if every and not (trials := chosen(every, args)):
-        raise BadInputError(
-            f"none of the {len(every)} trials is as the options say; softvox trials list shows all"
-        )
-    return trials if every else []
+    with bad_input():
+        return some_chosen(every, args) if every else []

@@ -1,0 +1,82 @@
+"""Options that name trials: --trials of commands that take them for real, and which of them."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from softvox_gym.cli.parser import add_cycles
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.design import called
+from softvox_gym.trials.database import read
+from softvox_gym.trials.trial import Trial
+
+#: What `add_filters` adds.
+FILTERS = ("design", "source", "simulated_in", "surface", "powder", "who")
+
+
+def add_trials(parser: ArgumentParser) -> None:
+    """Add --trials, --cycles and the filters."""
+    group = parser.add_argument_group("trials", "of 2x2x2 designs, under the same conditions")
+    group.add_argument(
+        "--trials",
+        type=Path,
+        action="append",
+        metavar="DIR",
+        help="a folder of trials; may be given several times",
+    )
+    add_cycles(group)
+    add_filters(group)
+
+
+def add_filters(parser: Any) -> None:
+    """Add options that choose among the trials."""
+    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
+    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
+    parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
+    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
+    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
+    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
+
+
+def trials_of(args: Namespace) -> list[Trial] | None:
+    """Return the trials that the options of `add_trials` name; None without --trials.
+
+    Raises
+    ------
+    BadInputError
+        Where a folder can't be read, none is chosen, or other options of trials stand alone.
+    """
+    if args.trials is None:
+        alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
+        if alone:
+            raise BadInputError(f"--{alone[0].replace('_', '-')} is of --trials; give it as well")
+        return None
+    with bad_input("--trials:"):
+        return some_chosen(read(*args.trials), args)
+
+
+def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
+    """Return what `chosen` does; ValueError where that is none."""
+    if not (made := chosen(trials, args)):
+        raise ValueError(
+            f"none of the {len(trials)} trials is as the options say; softvox trials list shows all"
+        )
+    return made
+
+
+def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
+    """Return the trials that the options of `add_filters` choose; all where none is given."""
+    return [
+        trial
+        for trial in trials
+        if args.design in (None, str(called(trial.design)), trial.design.digits)
+        and args.source in (None, trial.source)
+        and args.simulated_in in (None, trial.reality)
+        and all(
+            (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
+            for name in ("surface", "powder", "who")
+        )
+    ]
