@@ -81,7 +81,9 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
     assert real != Reality.from_trials(TRIALS, cycles=14)
     with pytest.raises(ValueError, match="9 of 9 runs end before 16 cycles"):
         replace(real, cycles=16)
-    assert replace(real, cycles=9).about.startswith("9 runs of 9 designs, after 9 cycles laid over 15 ")
+    assert replace(real, cycles=9).about.startswith(
+        "9 runs of 9 designs, after 9 cycles laid over 15 "
+    )
 
 
 def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real):
