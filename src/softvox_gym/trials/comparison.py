@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, groupby
 from math import ceil, floor, sqrt
 from typing import Any, NamedTuple, TypeAlias
 
@@ -20,6 +20,7 @@ from softvox_gym.design import Design, called
 from softvox_gym.landscapes.gap import pearson
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import (
     LITTLE,
     MOST_CYCLES,
@@ -87,9 +88,13 @@ class Condition(NamedTuple):
     frequency_hz: float | None
 
     def __str__(self) -> str:
-        numbers = zip(self[4:], ("kPa", "Hz"), strict=True)
-        told = [f"{value:g} {unit}" for value, unit in numbers if value is not None]
-        return ", ".join(filter(None, [*self[:4], *told]))
+        units = zip(self[4:], ("kPa", "Hz"), strict=True)
+        return ", ".join(filter(None, [*self[:4], *(f"{x:g} {unit}" for x, unit in units if x)]))
+
+    @classmethod
+    def of(cls, trial: Trial) -> Condition:
+        """Return that of a trial."""
+        return cls(*(getattr(trial, name) for name in cls._fields))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,8 +103,6 @@ class Row:
 
     Parameters
     ----------
-    design : Design
-    condition : Condition
     trials : tuple of Trial
     cycles : (float, float)
         Of the real and of the simulated robot, after which they are compared.
@@ -109,12 +112,20 @@ class Row:
         The simulated one and that of each trial, in voxel widths; time is in simulated cycles.
     """
 
-    design: Design
-    condition: Condition
     trials: tuple[Trial, ...]
     cycles: tuple[float, float]
     diverged: bool
     tracks: tuple[RealTrack, ...]
+
+    @property
+    def design(self) -> Design:
+        """Of all the trials."""
+        return self.trials[0].design
+
+    @property
+    def condition(self) -> Condition:
+        """Of all the trials."""
+        return Condition.of(self.trials[0])
 
     @cached_property
     def compared(self) -> tuple[Compared, ...]:
@@ -205,10 +216,8 @@ class Comparison:
     @cached_property
     def conditions(self) -> dict[Condition, Section]:
         """The table of each condition, and as its facts what holds over all its designs."""
-        groups: dict[Condition, list[Row]] = {}
-        for row in self.rows:
-            groups.setdefault(row.condition, []).append(row)
-        return {condition: _section(rows) for condition, rows in groups.items()}
+        groups = groupby(self.rows, key=lambda row: row.condition)
+        return {condition: _section(list(rows)) for condition, rows in groups}
 
     def section(self) -> Section:
         """Return the table of all conditions."""
@@ -282,18 +291,16 @@ def compare(
     world = replace(world, name=physics) if isinstance(physics, str) else world
     asked = None if cycles is None else pair(cycles)
     least = (1 - SHORT) * asked[0] if asked else 0.0
-    groups: dict[Condition, dict[Design, list[Trial]]] = {}
-    for trial in sorted(set(given), key=_order):
-        if _end(trial) >= least:
-            groups.setdefault(_condition(trial), {}).setdefault(trial.design, []).append(trial)
-    if asked and not groups:
+    trials = sorted(set(given), key=_order)
+    kept = [trial for trial in trials if _end(trial) >= least]
+    if asked and not kept:
         raise ValueError(
             f"no trial has {asked[0]:g} cycles: the longest has {max(map(_end, given)):g}; give "
             "fewer cycles"
         )
     over = {
-        condition: asked or (min(_end(trial) for own in group.values() for trial in own),) * 2
-        for condition, group in groups.items()
+        condition: asked or (min(map(_end, own)),) * 2
+        for condition, own in groupby(kept, key=Condition.of)
     }
     last = max(simulated for _, simulated in over.values())
     if last > MOST_CYCLES:
@@ -301,16 +308,16 @@ def compare(
             f"a trial goes on for {last:g} cycles, and at most {MOST_CYCLES} are simulated; give "
             "cycles"
         )
-    designs = list(dict.fromkeys(design for group in groups.values() for design in group))
-    simulated = _simulated(designs, world, last, **options)
+    simulated = _simulated(dict.fromkeys(one.design for one in kept), world, last, **options)
     return Comparison(
         rows=tuple(
-            _row(condition, design, own, over[condition], simulated[design])
-            for condition, group in groups.items()
-            for design, own in group.items()
+            _row(tuple(own), over[condition], simulated[design])
+            for (condition, design), own in groupby(
+                kept, lambda one: (Condition.of(one), one.design)
+            )
         ),
         world=world,
-        left_out=tuple(trial for trial in sorted(set(given), key=_order) if _end(trial) < least),
+        left_out=tuple(trial for trial in trials if _end(trial) < least),
     )
 
 
@@ -351,18 +358,21 @@ def speed(track: RealTrack, cycles: float) -> float:
     return float(np.hypot(*steps.T).mean()) if whole else float("nan")
 
 
-def _condition(trial: Trial) -> Condition:
-    return Condition(*(getattr(trial, name) for name in Condition._fields))
-
-
 def _end(trial: Trial) -> float:
     return float(trial.cycle[-1])
 
 
 def _order(trial: Trial) -> tuple[Any, ...]:
-    design = trial.design
+    design, condition = trial.design, Condition.of(trial)
     run = trial.date, trial.who, trial.repetition, trial.digest
-    return str(_condition(trial)), tuple(design.shape), design.lattice.phases, design.index, *run
+    return (
+        str(condition),
+        repr(condition),
+        tuple(design.shape),
+        design.lattice.phases,
+        design.index,
+        *run,
+    )
 
 
 def _samples(cycles: float) -> int:
@@ -371,40 +381,29 @@ def _samples(cycles: float) -> int:
 
 
 def _simulated(
-    designs: Sequence[Design], world: Reality, cycles: float, **options: Any
+    designs: Iterable[Design], world: Reality, cycles: float, **options: Any
 ) -> dict[Design, Array]:
     """Return the tracks of designs in a world for so many cycles, one batch per lattice."""
     made: dict[Design, Array] = {}
     lasting = replace(world, physics=world.physics.lasting(_samples(cycles) / PER_CYCLE))
-    for lattice in dict.fromkeys(design.lattice for design in designs):
-        batch = [design for design in designs if design.lattice == lattice]
+    lattices: dict[Lattice, list[Design]] = {}
+    for design in designs:
+        lattices.setdefault(design.lattice, []).append(design)
+    for batch in lattices.values():
         track = lasting.simulate(batch, track=PER_CYCLE, **options).track
         assert track is not None
         made |= zip(batch, track[..., :2], strict=True)
     return made
 
 
-def _row(
-    condition: Condition,
-    design: Design,
-    trials: Sequence[Trial],
-    cycles: tuple[float, float],
-    simulated: Array,
-) -> Row:
-    own = cycles[1]
-    times = np.minimum(np.arange(_samples(own) + 1) / PER_CYCLE, own)
+def _row(trials: tuple[Trial, ...], cycles: tuple[float, float], simulated: Array) -> Row:
+    times = np.minimum(np.arange(_samples(cycles[1]) + 1) / PER_CYCLE, cycles[1])
     first = track_at(times, np.arange(len(simulated)) / PER_CYCLE, simulated)
     if diverged := not np.isfinite(first).all():
         first = np.zeros_like(first)
-    tracks = [replace(laid(trial, cycles), trial=str(trial.repetition)) for trial in trials]
-    return Row(
-        design=design,
-        condition=condition,
-        trials=tuple(trials),
-        cycles=cycles,
-        diverged=diverged,
-        tracks=(RealTrack(design.index, "simulated", times, first), *tracks),
-    )
+    own = RealTrack(trials[0].design.index, "simulated", times, first)
+    real = (replace(laid(trial, cycles), trial=str(trial.repetition)) for trial in trials)
+    return Row(trials=trials, cycles=cycles, diverged=diverged, tracks=(own, *real))
 
 
 def _compared(first: RealTrack, second: RealTrack) -> Compared:
