@@ -153,9 +153,9 @@ def proposals(
     chosen: list[Proposal] = []
     while len(chosen) < budget and is_free.any() and (design := made.ask()) is not None:
         way = None if displacement is None else displacement[design]
-        numbers = (float(values[design]) for values in (rewards, spreads, simulated))
-        chosen.append(Proposal(design, *numbers, way, why(design)))
-        made.tell(Test(design, chosen[-1].reward, np.zeros(3) if way is None else way))
+        reward, spread, said = (float(all_of[design]) for all_of in (rewards, spreads, simulated))
+        chosen.append(Proposal(design, reward, spread, said, way, why(design)))
+        made.tell(Test(design, reward, np.zeros(3) if way is None else way))
         made.leave_out(robots == robots[design])
         is_free &= robots != robots[design]
     return tuple(chosen)
