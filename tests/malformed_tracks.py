@@ -1,6 +1,7 @@
 """Files of tracks, good ones and what becomes of them by accident."""
 
 import random
+import re
 
 CSV = b"""\
 design,trial,cycle,x_cm,y_cm
@@ -44,7 +45,7 @@ coords,x,y,likelihood,x,y,likelihood
 #: What `read_track_files` needs to read each, and whose tracks it then holds.
 GOOD = (
     (CSV, {}, {"design": None}),
-    (SECONDS, {"scale": "10/437"}, {}),
+    (SECONDS, {"scale": "10/437", "picture": (640, 480), "start_s": 0}, {}),
     (TRACKER, {"scale": "cm"}, {}),
     (SEVERAL, {"scale": "mm", "point": "cm B"}, {}),
     (DEEPLABCUT, {"scale": "10/437", "fps": 30, "point": "top"}, {}),
@@ -52,6 +53,9 @@ GOOD = (
 )
 
 NUMBERS = (b"1e308", b"-1e308", b"1e999", b"nan", b"inf", b"-0", b"1_0", b"0x1p3", b"9" * 400, b"")
+
+
+VALUES = (b"-3", b"0.05", b"1.5", b"1,5", b"7", b"40", b"900", b"0,1,2", b"2.", b"+1e0", b"x")
 
 
 def malformed(n, seed):
@@ -71,7 +75,7 @@ def malformed(n, seed):
 def _flip(rng, content):
     changed = bytearray(content)
     for _ in range(rng.randint(1, 4) if changed else 0):
-        changed[rng.randrange(len(changed))] = rng.randrange(256)
+        changed[rng.randrange(len(changed))] = rng.randrange(rng.choice((128, 128, 256)))
     return bytes(changed)
 
 
@@ -107,18 +111,19 @@ def _number(rng, content):
     return rng.choice((b",", b"\t", b";")).join(cells)
 
 
+def _value(rng, content):
+    """Put another number into a cell of the lower half of the lines."""
+    lines = content.splitlines(keepends=True)
+    at = rng.randrange(len(lines) // 2, len(lines)) if lines else 0
+    cells = re.split(b"([,;\t\r\n])", b"".join(lines[at : at + 1]))
+    cells[rng.randrange(0, len(cells), 2)] = rng.choice((*NUMBERS, *VALUES))
+    return b"".join([*lines[:at], *cells, *lines[at + 1 :]])
+
+
 def _word(rng, content):
     words = (
-        b"t",
-        b"x",
-        b"y",
-        b"cycle",
-        b"x_px",
-        b"coords",
-        b"bodyparts",
-        b"scorer",
-        b"design",
-        b"1",
+        *(b"t", b"x", b"y", b"cycle", b"x_px", b"coords", b"bodyparts"),
+        *(b"scorer", b"design", b"1"),
     )
     return content.replace(rng.choice(words), rng.choice((*words, b"", b'"')), rng.randint(1, 3))
 
@@ -146,4 +151,5 @@ def _decimal(rng, content):
 ACCIDENTS = (
     *(_behead, _double, _recode, _binary, _decimal, _field),
     *(2 * (_flip, _cut, _swap, _number, _word, _put)),
+    *(6 * (_value,)),
 )

@@ -182,14 +182,14 @@ def test_a_parameter_that_is_a_yes_or_no_is_switched_on_and_off():
 
 def test_another_lattice_is_given_by_its_shape():
     digits = "202120001021111111112210"
-    done = softvox("simulate", digits, "--shape", "2", "3", "4", "--json", *SHORT)
+    done = softvox("simulate", digits, "--shape", "2x3x4", "--json", *SHORT)
     data = json.loads(done.stdout)
     assert (data["digits"], data["shape"], data["n_voxels"]) == (digits, [2, 3, 4], 18)
 
 
 def test_a_lattice_of_more_designs_than_int64_counts_goes_by_digits():
     digits = "2" * 64
-    done = softvox("simulate", digits, "--shape", "4", "4", "4", "--json", "--duration", "0.26")
+    done = softvox("simulate", digits, "--shape=4x4x4", "--json", "--duration", "0.26")
     data = json.loads(done.stdout)
     assert (data["design"], data["digits"], data["n_voxels"]) == (None, digits, 64)
     assert data["diverged"] is False

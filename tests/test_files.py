@@ -133,3 +133,9 @@ def test_checking_leaves_nothing_behind(tmp_path):
     check_file(tmp_path / "f", force=False)
     check_folder(tmp_path / "out", CONTENTS, force=False)
     assert snapshot(tmp_path) == {}
+
+
+def test_a_pipe_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OutputError, match="is a device or pipe; name a file"):
+        check_file(tmp_path / "pipe", force=True)

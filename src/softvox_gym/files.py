@@ -28,6 +28,8 @@ def check_file(path: Path, *, force: bool) -> None:
         raise OutputError(f"{path} is a folder; name a file")
     if os.path.lexists(path) and not force:
         raise OutputError(f"{path} exists; choose another, or replace it with --force")
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path} is a device or pipe; name a file")
     _check_writable(path.parent)
 
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +33,15 @@ MOST_CYCLES = 1000
 MOST_BYTES = 2**27
 
 Array = NDArray[np.float64]
-Point = tuple[float, float, float]
+
+#: The line of a point, its time, x and y.
+Point = tuple[int, float, float, float]
+
+#: Python takes more for one: 1_0, digits of other scripts, and control characters around it.
+NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+
+#: What to do where two runs may be mixed up.
+OWN_TRIAL = "give each run of a robot a trial of its own"
 
 
 #: Voxel widths, which are cm for the paper's voxel of 1 cm: what travels less has no heading to
@@ -48,7 +58,7 @@ PER_CYCLE = 50
 HEAD = (
     "design  trial         cycles   heading    real   angle  distance    real  end error  RMS error"
 )
-ROW = "{:6}  {:12}  {:6.4g}  {:8.1f}  {:6.1f}  {:6.1f}  {:8.2f}  {:6.2f}  {:9.2f}  {:9.2f}"
+ROW = "{:6}  {:12}  {:6.4g}  {:z8.1f}  {:z6.1f}  {:6.1f}  {:8.2f}  {:6.2f}  {:9.2f}  {:9.2f}"
 FOOT = f"headings and angles in degrees (nan: went less than {LITTLE:g}), the rest in cm"
 
 
@@ -95,67 +105,61 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
     CsvError
         Where a file can't be read or is not as docs/figures.md says, or two have one trial.
     """
-    tracks: dict[tuple[int, str], list[Point]] = {}
     source: dict[tuple[int, str], Path] = {}
+    made = []
     for path in paths:
-        for line, record in records(path, content_of(path), _lack):
-            where = f"{path}, line {line}"
-            try:
-                trial = design_in(record["design"], Lattice()).index, record["trial"]
-                cycle, x, y = (number_in(name, record[name]) for name in COLUMNS[2:])
-            except ValueError as error:
-                raise CsvError(f"{where}: {error}") from None
-            points = tracks.setdefault(trial, [])
-            fault = _fault(points, (cycle, x, y), most_cycles)
-            if source.setdefault(trial, path) != path:
-                fault = (
-                    f"design {trial[0]} has a trial {trial[1]!r} in {source[trial]} as well; give "
-                    "one of them another name, or leave one of the files out"
-                )
-            if fault:
-                raise CsvError(f"{where}: {fault}")
-            points.append((cycle, x, y))
-        if path not in source.values():
+        found = points_in(path, content_of(path), COLUMNS, Lattice())
+        if not found:
             raise CsvError(f"{path} has no track; add lines of {','.join(COLUMNS)}")
-    for (number, name), points in tracks.items():
-        if len(points) < 2:
-            raise CsvError(
-                f"{source[number, name]}: design {number} has one point in trial {name!r}, and a "
-                "track needs two or more; add the others, or take it out"
-            )
-    made = {trial: np.array(points) for trial, points in tracks.items()}
-    return tuple(RealTrack(*trial, of[:, 0], of[:, 1:] - of[0, 1:]) for trial, of in made.items())
+        for (design, trial), points in found.items():
+            first, number = points[0], design.index
+            other = source.setdefault((number, trial), path)
+            if other != path:
+                raise CsvError(
+                    f"{path}, line {first[0]}: design {number} has a trial {trial!r} in {other} as "
+                    "well; give one of them another name, or leave one of the files out"
+                )
+            check_order(path, points, "cycle")
+            for point in points:
+                if fault := _fault(first, point, most_cycles):
+                    raise CsvError(f"{path}, line {point[0]}: {fault}")
+            if len(points) < 2:
+                raise CsvError(
+                    f"{path}, line {first[0]}: design {number} has one point in trial {trial!r}, "
+                    "and a track needs two or more; add the others, or take it out"
+                )
+            _, cycle, *position = np.array(points).T
+            made.append(RealTrack(number, trial, cycle, np.transpose(position) - first[2:]))
+    return tuple(made)
 
 
-def _fault(before: list[Point], point: Point, most_cycles: float) -> str:
-    """Return why a point can't follow others of its trial; nothing where it can."""
-    cycle, x, y = point
+def _fault(first: Point, point: Point, most_cycles: float) -> str:
+    """Return why a trial that begins at a first point can't have another; nothing where it can."""
+    _, cycle, *at = point
     shown = repr(cycle).removesuffix(".0")
-    own_trial = "give each run of a robot a trial of its own"
     if not 0 <= cycle <= most_cycles:
         return (
             f"cycle {shown} is not within 0 to {most_cycles:g}, over which the robots are "
             "simulated; count actuation cycles from the start, and leave out what comes later"
         )
-    if not before and cycle != 0:
-        return f"a trial starts at cycle 0, got {shown}; count from its first line, and {own_trial}"
-    if before and cycle <= before[-1][0]:
+    if first[1] != 0:
+        return f"a trial starts at cycle 0, got {shown}; count from its first line, and {OWN_TRIAL}"
+    if math.dist(at, first[2:]) > MOST_CM:
         return (
-            f"cycle {shown} comes after {before[-1][0]:g}; sort the lines of a trial, and "
-            f"{own_trial}"
-        )
-    if before and math.dist((x, y), before[0][1:]) > MOST_CM:
-        return (
-            f"({x:g}, {y:g}) is more than {MOST_CM:g} cm from where the trial starts, and no robot "
-            "walks as far; give positions in cm"
+            f"({at[0]:g}, {at[1]:g}) is more than {MOST_CM:g} cm from where the trial starts, and "
+            "no robot walks as far; give positions in cm"
         )
     return ""
 
 
-def _lack(names: list[str]) -> str:
-    """Return what a first line must name, where it doesn't."""
-    is_whole = all(names.count(name) == 1 for name in COLUMNS)
-    return "" if is_whole else f"each of the columns {','.join(COLUMNS)} once"
+def check_order(path: Path, points: Sequence[Point], clock: str) -> None:
+    """Raise CsvError where time doesn't grow from point to point."""
+    for before, point in pairwise(points):
+        if point[1] <= before[1]:
+            raise CsvError(
+                f"{path}, line {point[0]}: {clock} {point[1]:g} comes after {before[1]:g}; sort "
+                f"the lines of a trial, and {OWN_TRIAL}"
+            )
 
 
 def content_of(path: Path) -> bytes:
@@ -178,28 +182,39 @@ def content_of(path: Path) -> bytes:
     return content
 
 
-def records(
-    path: Path, content: bytes, lack: Callable[[list[str]], str]
-) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield the line on which each record of a CSV file begins, and its values by their columns.
+def points_in(
+    path: Path, content: bytes, columns: Sequence[str], lattice: Lattice
+) -> dict[tuple[Any, Any], list[Point]]:
+    """Return the points of every design and trial of a CSV file, in the order in which these begin.
 
-    `lack` is given the names in the first line, and returns what that must name where it doesn't.
+    The first line must name each of the columns once, the last three of which are those of a point;
+    design and trial are None where they are not among them. Others are ignored.
     """
     lines = rows(path, content)
     _, names = next(lines, (1, []))
-    if missing := lack(names):
+    if any(names.count(name) != 1 for name in columns):
         raise CsvError(
-            f"{path}, line 1: the first line must name {missing}, separated by commas, got "
-            f"{','.join(names)[:60]!r}"
+            f"{path}, line 1: the first line must name each of the columns {','.join(columns)} "
+            f"once, separated by commas, got {','.join(names)[:60]!r}"
         )
+    made: dict[tuple[Any, Any], list[Point]] = {}
     for line, cells in lines:
-        if any(cells):
-            if len(cells) != len(names):
-                raise CsvError(
-                    f"{path}, line {line}: {len(cells)} values, but the first line names "
-                    f"{len(names)} columns; give one value for each, separated by commas"
-                )
-            yield line, dict(zip(names, cells, strict=True))
+        if not any(cells):
+            continue
+        if len(cells) != len(names):
+            raise CsvError(
+                f"{path}, line {line}: {len(cells)} values, but the first line names {len(names)} "
+                "columns; give one value for each, separated by commas"
+            )
+        record = dict(zip(names, cells, strict=True))
+        try:
+            design = design_in(record["design"], lattice) if "design" in columns else None
+            time, x, y = (number_in(name, record[name]) for name in columns[-3:])
+        except ValueError as error:
+            raise CsvError(f"{path}, line {line}: {error}") from None
+        trial = record["trial"] if "trial" in columns else None
+        made.setdefault((design, trial), []).append((line, time, x, y))
+    return made
 
 
 def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int, list[str]]]:
@@ -209,7 +224,7 @@ def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int
     line = 1
     try:
         for cells in reader:
-            yield line, [cell.strip() for cell in cells]
+            yield line, [cell.strip(" \t\r\n") for cell in cells]
             line = reader.line_num + 1
     except UnicodeDecodeError:
         raise CsvError(
@@ -234,10 +249,7 @@ def design_in(text: str, lattice: Lattice) -> Design:
 
 def number_in(name: str, text: str) -> float:
     """Return the finite number that a file has in a column; ValueError where it has none."""
-    try:
-        value = float(text.replace("_", "?"))
-    except ValueError:
-        value = math.nan
+    value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
         raise ValueError(
             f"{name} must be a finite number such as 1.25, got {text[:40]!r}; leave the line out "

@@ -24,6 +24,16 @@ def test_as_text_columns_are_aligned_and_hidden_ones_left_out():
     ]
 
 
+def test_what_rounds_to_zero_has_no_sign():
+    columns = (Column("n", "n"), Column("a", "a", ".0f"), Column("b", "b", ".1%"))
+    rows = [("-0", -0.3, -0.0001), ("-", -0.6, -0.01)]
+    text = Section(columns=columns, rows=rows).text()
+    assert [line.split() for line in text.splitlines()[1:]] == [
+        ["-0", "0", "0.0", "%"],
+        ["-", "-1", "-1.0", "%"],
+    ]
+
+
 def test_as_markdown_it_has_its_title_its_meaning_and_no_more_rows_than_asked_for():
     shown = Section(**{**vars(SECTION), "document": 1}).markdown().splitlines()
     assert shown == [

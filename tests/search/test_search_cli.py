@@ -213,7 +213,7 @@ def test_a_searcher_of_ones_own_is_found_in_the_current_folder(tmp_path):
 
 def test_on_another_lattice_the_best_is_not_known_and_no_regret_told(tmp_path):
     short = ("--duration", "0.02", "--settle-time", "0.01")
-    command = ("search", "--searcher", "ga", "--shape", "4", "4", "4", "--budget", "12", *short)
+    command = ("search", "--searcher", "ga", "--shape", "4x4x4", "--budget", "12", *short)
     data = json.loads(softvox(*command, "--json", "--out", "log.csv", cwd=tmp_path).stdout)
     assert data["shape"] == [4, 4, 4]
     assert not {"regret", "rank", "best"} & set(data)

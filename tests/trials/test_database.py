@@ -37,7 +37,7 @@ def test_what_is_added_is_read(folder):
     assert database.read(folder) == ALL
     assert database.read(folder, folder) == ALL
     assert database.read() == ()
-    assert database.faults(folder) == []
+    assert database.check(folder) == (ALL, (), ())
 
 
 def test_adding_again_changes_nothing_and_tells_what_was_there(folder, tmp_path):
@@ -67,7 +67,7 @@ def test_a_run_told_twice_is_refused_before_anything_is_written(folder):
     with pytest.raises(TrialError) as error:
         database.add(folder, [replace(ONE, repetition=2), OTHER])
     assert str(error.value) == (
-        f"{folder / ONE.digest}.json and a trial to add describe the same run differently (6453, "
+        f"a trial to add and {folder / ONE.digest}.json describe the same run differently (6453, "
         "acrylic, 2026-11-27, A. Person, repetition 1); if they are two runs, give one another "
         "repetition, otherwise keep one of them"
     )
@@ -89,7 +89,7 @@ def test_faults_names_every_file_and_the_remedy(folder):
     first, second = sorted(folder / f"{trial.digest}.json" for trial in again)
     for trial in again:
         (folder / f"{trial.digest}.json").write_bytes(trial.to_bytes())
-    assert sorted(database.faults(folder)) == sorted(
+    assert sorted(database.check(folder).faults) == sorted(
         [
             f"{folder}/first.json holds another content than its name says; restore it, or, where "
             f"the change is meant, call it {ONE.digest}.json",
@@ -110,7 +110,7 @@ def test_faults_names_every_file_and_the_remedy(folder):
         database.add(folder, [])
 
 
-@pytest.mark.parametrize("function", [database.read, database.faults])
+@pytest.mark.parametrize("function", [database.read, database.check])
 def test_what_is_no_folder_is_named(function, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(TrialError, match=r"there is no folder .*missing; name one of trials, or"):
@@ -131,8 +131,18 @@ def test_one_track_of_two_measured_runs_is_doubted_and_of_two_simulated_ones_is_
     first, second = sorted([ONE.digest, copied.digest])
     assert doubts == (
         f"{tmp_path}/{second}.json and {tmp_path}/{first}.json have the same track, and no two "
-        "runs do; take out the one that is not of its robot",
+        "runs do; leave out the one that is not of its robot",
     )
+    with pytest.raises(TrialError, match=r"^c\.csv, line 2 and .*json have the same track"):
+        database.add(tmp_path, {replace(ONE, who="C."): "c.csv, line 2"}, refuse_copies=True)
+    still = (
+        replace(ONE, position=0 * ONE.position),
+        replace(ONE, cycle=[0, 1], position=[[0, 0], [9, 9]]),
+    )
+    for trial in still:
+        twice = [trial, replace(trial, who="C.")]
+        assert len(database.add(tmp_path / trial.digest, twice, refuse_copies=True).new) == 2
+    assert database.add(tmp_path, [ONE], refuse_copies=True) == ((), (ONE,))
 
 
 def test_two_labs_are_merged(tmp_path):
@@ -283,4 +293,4 @@ def test_exported_it_says_all_and_in_the_same_bytes():
 def test_what_ships_has_no_fault():
     assert database.shipped().name == "trials"
     if database.shipped().is_dir():
-        assert database.faults(database.shipped()) == []
+        assert database.check(database.shipped()).faults == ()

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import malformed_tracks as files
@@ -7,8 +8,8 @@ import pytest
 from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import CsvError
-from softvox_gym.trials import TrialError
-from softvox_gym.trials.track_files import Film, read_track_files, trials_of
+from softvox_gym.trials import TrialError, track_files
+from softvox_gym.trials.track_files import Film, read_track_files
 
 FACTS = {
     "surface": "acrylic",
@@ -38,8 +39,12 @@ def one(content, **options):
 
 def test_this_packages_csv_holds_many_trials_in_the_order_in_which_they_begin():
     found = read(files.CSV.replace(b"6453,2,0,5.0,5.0", b"6453,2,0,5.0,5.0 "), design=None)
-    whose = [(each.trial.design, each.trial.repetition, each.line) for each in found]
-    assert whose == [(Design(6453), 1, 2), (Design(6453), 2, 5), (Design(573), 1, 6)]
+    whose = [(each.trial.design, each.trial.repetition, each.place) for each in found]
+    assert whose == [
+        (Design(6453), 1, "film.csv, line 2"),
+        (Design(6453), 2, "film.csv, line 5"),
+        (Design(573), 1, "film.csv, line 6"),
+    ]
     second = found[1].trial
     assert second.cycle.tolist() == [0, 1]
     assert second.position.tolist() == [[0, 0], [0.2, 0.1]]
@@ -67,13 +72,13 @@ def test_the_track_is_turned_to_where_the_robots_x_axis_points(degrees, end):
 
 
 def test_trackers_export_is_read_with_decimal_commas_and_by_its_unit():
-    trial = one(files.TRACKER, film={"scale": "m", "allow_jumps": True})
+    trial = one(files.TRACKER, film={"scale": "cm"})
     assert trial.cycle.tolist() == [0, 0.0165, 1]
-    np.testing.assert_allclose(trial.position[1], [0.1, -1.4], atol=1e-9)
+    np.testing.assert_allclose(trial.position[1], [0.001, -0.014], atol=1e-9)
     assert trial.provenance["point"] == "masse A"
     assert trial.provenance["kind"] == "tracker"
-    in_cm = one(files.TRACKER.replace(b"\t", b";"), film={"scale": "cm"})
-    np.testing.assert_allclose(in_cm.position * 100, trial.position, atol=1e-2)
+    in_mm = one(files.TRACKER.replace(b"\t", b";"), film={"scale": "mm"})
+    np.testing.assert_allclose(in_mm.position, trial.position / 10, atol=1e-4)
 
 
 def test_one_of_trackers_tracks_is_taken_where_it_has_marks():
@@ -125,8 +130,8 @@ def test_another_lattice_and_all_facts_are_kept():
 
 def test_repetitions_that_no_file_says_are_numbered_on():
     paths = {Path(f"{i}.csv"): f"cycle,x_cm,y_cm\n0,0,0\n1,{i},0\n".encode() for i in range(3)}
-    made = trials_of(paths, design=6453, repetition=4, **FACTS)
-    assert [trial.repetition for trial in made] == [4, 5, 6]
+    made = read_track_files(paths, design=6453, repetition=4, **FACTS)
+    assert [found.trial.repetition for found in made] == [4, 5, 6]
 
 
 PIXELS = "t_s,x_px,y_px\n"
@@ -142,20 +147,24 @@ PIXELS = "t_s,x_px,y_px\n"
         ("cycle,x_cm,y_cm\n", {}, "has no point; add lines"),
         ("cycle,x_cm,y_cm\n0,0,0\n", {}, "line 2: the track has 1 points .* and needs two; add"),
         (
-            "trial,cycle,x_cm,y_cm\none,0,0,0\n",
+            "trial,cycle,x_cm,y_cm\none,0,0,0\none,1,0,0\n",
             {},
-            "line 2: trial must be which repetition .*'one'",
+            "line 2: repetition must be a whole number .*'one'",
         ),
         (
-            "trial,cycle,x_cm,y_cm\n0,0,0,0\n",
+            "trial,cycle,x_cm,y_cm\n0,0,0,0\n0,1,0,0\n",
             {},
-            "line 2: trial must be .* from 1 to 10000, got '0'",
+            "line 2: repetition must be .* from 1 to 10000, got 0",
         ),
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n1,0,0\n", {}, "line 4: cycle 1 comes after 1; sort the l"),
         ("cycle,x_cm,y_cm\n1,0,0\n2,0,0\n", {}, "line 2: the first point is at cycle 1, .* count"),
-        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"start_s": 1}, "counts cycles .* leave --start out"),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"start_s": 1}, "counts cycles .* leave --start-s out"),
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"scale": "1/2"}, "has x_cm, y_cm; leave --scale out"),
-        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"picture": (9, 9)}, "not in pixels; leave --picture"),
+        (
+            "cycle,x_cm,y_cm\n0,0,0\n1,0,0\n",
+            {"picture": (9, 9)},
+            "is not in pixels; leave --picture",
+        ),
         (
             "cycle,x_cm,y_cm\n0,0,0\n1,6.1,0\n",
             {},
@@ -172,12 +181,12 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             PIXELS + "0,0,0\n1,1,1\n2,2,1\n",
             {"scale": "1/9", "start_s": 0.5},
-            "line 3: the first point is at cycle 0.25, .* or give --start",
+            "line 3: the first point is at cycle 0.25, .* or give --start-s",
         ),
         (
             PIXELS + "0,0,0\n1,1,1\n",
             {"scale": "1/9", "start_s": 3},
-            "line 2: .* give another --start",
+            "line 2: .* give another --start-s",
         ),
         (files.TRACKER, {}, "doesn't say its unit; give --scale cm, mm or m"),
         (
@@ -196,10 +205,33 @@ PIXELS = "t_s,x_px,y_px\n"
             "line 4: 12 values for 7 columns",
         ),
         (
-            files.CSV,
-            {"kind": "tracker"},
-            "line 1: none of the first 5 lines begins with the column",
+            b"#multi:\n,A\ntime,x,y\n",
+            {},
+            "line 1: the first line must name .* or be as Tracker or DeepLabCut export",
         ),
+        (
+            files.TRACKER + b"3,0\t0.2\t1,3\n",
+            {"scale": "cm"},
+            "line 6: .* numbers with both a point and a comma; export",
+        ),
+        (
+            files.TRACKER.replace(b"y\t", b"y\tx"),
+            {"scale": "cm"},
+            "line 2: 'masse A' has x twice; export",
+        ),
+        (
+            PIXELS + "0,0,0\n1,-1,0\n",
+            {"scale": "1/9"},
+            r"line 3: \(-1, 0\) leaves the picture, which begins at 0, 0; correct it, or",
+        ),
+        (
+            files.DEEPLABCUT.replace(b"0.98", b"98"),
+            {"scale": "1/9", "fps": 9, "point": "top"},
+            "line 6: likelihood must be from 0 to 1, got 98",
+        ),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,\x1c.3\n", {}, r"line 3: y_cm must be .*'\\x1c\.3'"),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,\u0663\n", {}, "line 3: y_cm must be a finite number"),
+        (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "counts no frames; leave --fps out"),
         (files.DEEPLABCUT, {"scale": "1/9"}, "counts frames; give the frames per second .* --fps"),
         (
             files.DEEPLABCUT,
@@ -207,8 +239,8 @@ PIXELS = "t_s,x_px,y_px\n"
             "line 3: .* of top, leg; name one of them by",
         ),
         (
-            files.CSV,
-            {"kind": "deeplabcut"},
+            files.DEEPLABCUT.replace(b"coords", b"cords"),
+            {},
             "line 1: DeepLabCut's files begin with lines scorer",
         ),
         (
@@ -230,15 +262,10 @@ def test_a_malformed_file_is_refused_with_its_name_the_line_and_the_mend(content
         read(content, film=film)
 
 
-def test_a_jump_is_taken_where_it_is_allowed():
-    trial = one("cycle,x_cm,y_cm\n0,0,0\n1,6.1,0\n", film={"allow_jumps": True})
-    assert trial.position[-1].tolist() == [6.1, 0]
-
-
 def test_what_a_file_and_an_option_both_say_or_neither_is_refused():
-    with pytest.raises(CsvError, match=r"has a column design, and so no --design; leave one out"):
+    with pytest.raises(CsvError, match=r"has a column design, so leave --design or it out"):
         read(files.CSV)
-    with pytest.raises(CsvError, match=r"has a column trial, and so no --repetition"):
+    with pytest.raises(CsvError, match=r"has a column trial, so leave --repetition or it out"):
         read(files.CSV, design=None, repetition=1)
     with pytest.raises(CsvError, match=r"says no design; give --design, or a column design"):
         read("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", design=None)
@@ -270,8 +297,7 @@ def test_a_fact_that_no_trial_can_have_is_refused_without_blaming_a_file(options
         ({"scale": "10"}, "scale must be cm, mm, m, or a reference length such as 10/437"),
         ({"scale": "0/5"}, "scale must be"),
         ({"scale": "inf/inf"}, "scale must be"),
-        ({"kind": "excel"}, "kind must be one of csv, tracker, deeplabcut, got 'excel'"),
-        ({"y": "left"}, "y must be one of up, down"),
+        ({"y": "left"}, "y must be up or down, got left"),
         ({"fps": 0}, "fps must be above 0"),
         ({"fps": float("nan")}, "fps must be above 0"),
         ({"likelihood": 2}, "likelihood must be from 0 to 1"),
@@ -284,39 +310,40 @@ def test_a_film_that_can_not_be_is_refused(film, fault):
         Film(**film)
 
 
-def test_a_run_told_twice_and_a_track_under_another_name_are_refused():
-    rows = "0,0,0\n1,0.1,0\n2,0.3,0\n"
-    content = f"cycle,x_cm,y_cm\n{rows}".encode()
-    paths = {Path("a.csv"): content, Path("b.csv"): content}
-    with pytest.raises(
-        CsvError, match=r"b\.csv, line 2: has the track of a\.csv, line 2, and no t"
-    ):
-        read_track_files(paths, design=6453, **FACTS)
-    known = trials_of({Path("a.csv"): content}, design=6453, **FACTS)
-    assert trials_of({Path("a.csv"): content}, design=6453, known=known, **FACTS) == known
-    with pytest.raises(CsvError, match=r"a\.csv, line 2: has the track of trial [0-9a-f]{8}, and"):
-        trials_of({Path("a.csv"): content}, design=573, known=known, **FACTS)
-    other = {Path("c.csv"): content.replace(b"0.3", b"0.4")}
-    with pytest.raises(
-        CsvError, match=r"c\.csv, line 2: repetition 1 of 00021222 .* is trial .* al"
-    ):
-        trials_of(other, design=6453, known=known, **FACTS)
-    still = dict.fromkeys(paths, b"cycle,x_cm,y_cm\n0,0,0\n1,0,0\n2,0,0\n")
-    assert len(trials_of(still, design=6453, **FACTS)) == 2
-    simulated = {**FACTS, "source": "simulated", "reality": "reversal"}
-    made = trials_of(paths, design=6453, **simulated)
-    assert [trial.voxel_cm for trial in made] == [1, 1]
+def test_simulated_tracks_are_of_voxels_of_a_centimetre():
+    facts = {"source": "simulated", "reality": "reversal"}
+    assert one("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", **facts).voxel_cm == 1
 
 
-def test_ten_thousand_malformed_files_are_read_or_refused_by_name():
-    told = []
+def _by_eye(line, delimiter):
+    """Return the numbers in a line as one reads them, with decimal commas where those can be."""
+    text = line if delimiter == "," else line.replace(",", ".")
+    cells = (cell.strip(' "\t\r\ufeff') for cell in text.split(delimiter))
+    number = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
+    return {float(cell) for cell in cells if number.fullmatch(cell)}
+
+
+def test_ten_thousand_malformed_files_are_read_as_they_are_or_refused_by_name(monkeypatch):
+    tracks, told = [], []
+    found = track_files._found
+
+    def noted(path, track, *options):
+        tracks.append(track)
+        return found(path, track, *options)
+
+    monkeypatch.setattr(track_files, "_found", noted)
     for content, film, options in files.malformed(10_000, seed=15):
+        tracks.clear()
         try:
-            found = read(content, film=film, **options)
+            read(content, film=film, **options)
         except CsvError as error:
             told.append(str(error))
-        else:
-            assert all(np.isfinite(each.trial.position).all() for each in found)
+            continue
+        lines = content.decode().split("\n")
+        for track in tracks:
+            for line, time, x, y in track.points:
+                point = {round(time * film.get("fps", 1), 9), x, y}
+                assert any(point <= _by_eye(lines[line - 1], delimiter) for delimiter in "\t;,")
     assert 8000 < len(told) < 9500
     assert all(fault.startswith(str(FILE)) and len(fault) < 1000 for fault in told)
     assert sum(", line " in fault for fault in told) > 0.9 * len(told)

@@ -165,7 +165,7 @@ def test_numbers_are_kept_to_a_micrometre_whatever_type_they_have():
         ({"license": "GPL"}, "license must be one of CC0-1.0, CC-BY-4.0, ODC-By-1.0, PDDL-1.0, M"),
         ({"source": "seen"}, "source must be one of measured, simulated, got 'seen'"),
         ({"reality": "reversal"}, "reality is of a simulated trial; leave it out of a measured"),
-        ({"date": ""}, "date must be written as 2026-11-27, got ''"),
+        ({"date": ""}, "date of a measured trial is needed, as 2026-11-27"),
         ({"date": "20261127"}, "date must be written as 2026-11-27, got '20261127'"),
         ({"date": "2026-02-30"}, "date must be written as 2026-11-27, got '2026-02-30'"),
         ({"pressure_kpa": 0}, "pressure_kpa must be a number above 0 and at most 1000, got 0"),

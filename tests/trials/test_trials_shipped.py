@@ -7,7 +7,7 @@ import trials as tool
 
 from softvox_gym import realities, reality
 from softvox_gym.trials import transfers
-from softvox_gym.trials.database import faults, name_of, read, shipped
+from softvox_gym.trials.database import check, name_of, read, shipped
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,7 +24,7 @@ def test_the_nine_designs_ship_in_every_reality_and_no_measurement_is_invented()
 
 
 def test_what_ships_has_no_fault_and_nothing_beside_the_trials():
-    assert faults(shipped()) == []
+    assert check(shipped()).faults == ()
     assert [path.name for path in shipped().iterdir() if path.suffix != ".json"] == ["README.md"]
 
 

@@ -1,7 +1,6 @@
 """softvox build: what it says, what it writes, and what it refuses."""
 
 import csv
-import json
 import sys
 from types import SimpleNamespace
 
@@ -13,7 +12,7 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_view.cli import build
 from softvox_view.figures.robots import published
 
-BURIED = ("1" * 13 + "2" + "1" * 13, "--shape", "3", "3", "3")
+BURIED = ("1" * 13 + "2" + "1" * 13, "--shape", "3x3x3")
 
 
 @pytest.fixture
@@ -65,13 +64,13 @@ def test_it_says_groups_inlets_and_what_to_care_for(softvox):
     robot, takes, bill = out.split("\n\n")
     assert robot.splitlines() == [
         "6453  00021222  4 pink (active), 1 blue or yellow (passive); groups 2, holes 2",
-        "  group A: (1, 1, 0)",
-        "    inlet in (1, 1, 0) towards +y: a side, with nothing before it and nothing beside the "
-        "tube; all tubes can leave that way",
-        "  group B: (1, 0, 1), (0, 1, 1), (1, 1, 1)",
-        "    inlet in (0, 1, 1) towards +y: a side, with nothing before it and nothing beside the "
-        "tube; all tubes can leave that way",
-        "  take care: nothing is below (0, 0, 1), (1, 0, 1), (0, 1, 1): support the overhang while "
+        "  group A: (1,1,0)",
+        "    inlet in (1,1,0) towards +y: a free side, nothing beside the tube; "
+        "2 of 2 tubes can go there",
+        "  group B: (1,0,1), (0,1,1), (1,1,1)",
+        "    inlet in (0,1,1) towards +y: a free side, nothing beside the tube; "
+        "2 of 2 tubes can go there",
+        "  take care: nothing is below (0,0,1), (1,0,1), (0,1,1): support the overhang while "
         "the slices are bonded",
     ]
     assert "mould fillings" in takes
@@ -95,24 +94,9 @@ def test_what_cant_be_built_is_said_and_the_others_are_done(softvox, tmp_path):
     assert (tmp_path / "bill.csv").exists()
     status, out, err = softvox(*BURIED, "--csv", "none.csv")
     assert (status, err) == (1, "")
-    assert "can't be built: group A is buried: no face of (1, 1, 1) is on the surface" in out
+    assert "can't be built: group A is buried: no face of (1,1,1) is on the surface" in out
     assert out.endswith("\n\nno bill\n")
     assert not (tmp_path / "none.csv").exists()
-
-
-def test_json_has_all(softvox):
-    status, out, _ = softvox("6453", "13", "10000002", "--json", "--copies", "2", "--no-incubator")
-    said = json.loads(out)
-    first, *_, last = said["robots"]
-    assert status == 1
-    assert (first["design"], first["digits"], first["shape"]) == (6453, "00021222", [2, 2, 2])
-    assert first["groups"][0]["inlet"]["face"] == [0, 1, 0]
-    assert len(first["steps"]) == 7
-    assert "2 pieces" in last["problems"][0]
-    assert said["bill"]["quantities"]["robots"] == 4
-    assert said["bill"]["quantities"]["cure_hours"] == 2.5
-    assert len(said["bill"]["rows"]) == 31
-    assert json.loads(softvox("0", "--json")[1])["bill"] is None
 
 
 def test_the_top_are_the_fittest_that_can_be_built(softvox):
@@ -124,10 +108,9 @@ def test_the_top_are_the_fittest_that_can_be_built(softvox):
     assert (rows[0][:4], len(rows)) == (["1", "6453", "00021222", "4.66"], 16)
     _, out, _ = softvox("--top", "600")
     table = out.split("\n\n")[0].splitlines()
-    assert table[-1].startswith("left out, as they can't be built (in several pieces): ")
-    named = table[-1].split(": ")[1].split(" and ")[0].split(", ")
-    assert not any(Design(int(number)).is_connected for number in named)
+    assert table[-1] == "left out: 8 in several pieces, which can't be built"
     assert len(table) == 1 + 600 + 1
+    assert table[-2].startswith("608 ")
 
 
 def test_sheets_are_drawn_of_all_and_the_batch_of_what_can_be_built(softvox, drawn, tmp_path):
@@ -147,12 +130,9 @@ def test_sheets_are_drawn_of_all_and_the_batch_of_what_can_be_built(softvox, dra
 
 
 def test_phases_are_told(softvox):
-    status, out, _ = softvox("22223333", "--phases", "2", "--json")
-    assert status == 0
-    assert [group["phase"] for group in json.loads(out)["robots"][0]["groups"]] == [0, 0.5]
     status, out, _ = softvox("23000000", "--phases", "2")
     assert status == 1
-    assert "(0, 0, 0) - (1, 0, 0) differ in phase" in out
+    assert "(0,0,0)-(1,0,0) differ in phase" in out
 
 
 @pytest.mark.parametrize(
@@ -161,14 +141,12 @@ def test_phases_are_told(softvox):
         ((), "give a DESIGN or several, or --top N; and not both"),
         (("6453", "--top", "3"), "give a DESIGN or several, or --top N; and not both"),
         (("6453", "--one-per-class"), "--one-per-class is for --top"),
-        (("6453", "00021222"), "00021222 is given twice; --copies builds several of each"),
         (("9999",), "design '9999' is neither a number from 0 to 6560 nor 8 digits"),
         (("none.json",), "DESIGN none.json: No such file or directory"),
         (("6453", "--copies", "0"), "argument --copies: must be a whole number above 0"),
         (("6453", "--mould-voxels", "x"), "argument --mould-voxels: must be a whole number"),
         (("6453", "--out", "a.png"), "--out must end in .pdf, .svg, .html, got 'a.png'"),
         (("6453", "1", "--out", "a.svg"), "an .svg holds one page, and 2 robots were asked for"),
-        (("6453", "--out", "a.svg", "--csv", "a.svg"), "--out and --csv name one file"),
         (("6453", "--csv", "no/a.csv"), "--csv no is not a folder"),
         (("6453", "--csv", "taken.csv"), "--csv taken.csv exists"),
         (("--top", "5473"), "--top: 5472 designs can be built, 5473 were asked for"),

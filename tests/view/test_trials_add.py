@@ -37,7 +37,7 @@ coords,x,y,likelihood
 #: Of the DeepLabCut file.
 FILM = (
     *("--design", "6453", "--fps", "30", "--frequency-hz", "0.5", "--scale", "10/437"),
-    *("--picture", "640x480", "--x-axis", "90", "--repetition", "3", "--camera", "above"),
+    *("--picture", "640x480", "--x-axis-deg", "90", "--repetition", "3", "--camera", "above"),
 )
 
 
@@ -50,16 +50,14 @@ def folder(tmp_path):
 
 
 def test_tracks_are_added_and_the_same_again_completes_what_was_interrupted(folder):
-    rehearsed = softvox("trials", "add", "real.csv", *RUN, "--dry-run", cwd=folder)
-    assert rehearsed.stdout.endswith("\n3 trials would be added to trials, 0 were there already\n")
-    assert not (folder / "trials").exists()
     done = softvox("trials", "add", "real.csv", *RUN, cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     lines = [line.split() for line in done.stdout.splitlines()]
-    assert [line[1:8] for line in lines[1:4]] == [
-        ["6453", "1", "3", "0", "2", "1.00", "0"],
-        ["6453", "2", "2", "0", "2", "1.41", "45"],
-        ["573", "1", "2", "0", "2", "0.01", "-"],
+    shown = [(line[1], *line[5:9]) for line in lines[1:4]]  # cycles, Hz, distance, heading
+    assert shown == [
+        ("6453", "2", "-", "1.00", "0"),
+        ("6453", "2", "-", "1.41", "45"),
+        ("573", "2", "-", "0.01", "-"),
     ]
     assert done.stdout.endswith("\n3 trials added to trials, 0 were there already\n")
     made = snapshot(folder / "trials")
@@ -79,7 +77,7 @@ def test_all_that_is_said_of_a_film_is_kept(folder):
     facts = json.loads(trial.to_bytes())["provenance"]
     assert facts["kind"] == "deeplabcut"
     assert (facts["point"], facts["x_axis_deg"]) == ("top", 90)
-    assert done.stdout.splitlines()[1].split()[3:5] == ["2", "1"]  # points, and left out
+    assert "\ndlc.csv, line 4: lines left out, without a likely position: 1\n" in done.stdout
 
 
 def test_a_simulated_track_says_so(folder):
@@ -95,8 +93,9 @@ BAD = {
     "real.csv text.csv": "text.csv, line 1: the first line must name",
     "real.csv no.csv": "no.csv can't be read (No such file or directory)",
     "real.csv .": "can't be read (Is a directory)",
-    "real.csv --design 6453": "real.csv has a column design, and so no --design; leave one out",
-    "real.csv --format tracker": "real.csv, line 1: none of the first 5 lines",
+    "real.csv --design 6453": "real.csv has a column design, so leave --design or it out",
+    "real.csv --fps 30": "real.csv counts no frames; leave --fps out",
+    "real.csv --shape 3x3": "argument --shape: expected 3 arguments",
     "dlc.csv": "dlc.csv counts frames; give the frames per second of the film, --fps",
     "dlc.csv --fps 30": "dlc.csv says no design; give --design",
     "dlc.csv --design 6453 --fps 30": "dlc.csv counts seconds; give --frequency-hz",
@@ -111,7 +110,7 @@ BAD = {
     "real.csv --cycles 1": "real.csv, line 2: cycles is 1, and the track goes on to 2",
     "real.csv --date 27.11.2026": "date must be written as 2026-11-27",
     "real.csv --license mine": "--license",
-    "real.csv --into text.csv": "text.csv is a file",
+    "real.csv --into text.csv": "text.csv is not a folder; choose another",
     "real.csv --into no/such": "no is not a folder; make it first",
     "real.csv --liklihood 1": "did you mean --likelihood?",
     "": "FILE",
@@ -138,23 +137,30 @@ def _missing(words):
 def test_a_track_that_the_folder_has_under_another_name_is_refused(folder):
     assert softvox("trials", "add", "real.csv", *RUN, cwd=folder).returncode == 0
     before = snapshot(folder / "trials")
+    more = "6453,3,0,0,0\n6453,3,1,0.7,0\n6453,3,2,1.4,0\n"
+    (folder / "real.csv").write_text(CSV + more)  # the same runs, of a file that has grown
+    done = softvox("trials", "add", "real.csv", *RUN, cwd=folder)
+    assert done.stdout.endswith("\n1 trial added to trials, 3 were there already\n")
+    before = snapshot(folder / "trials")
     (folder / "copy.csv").write_text(CSV.replace("6453,1,", "573,7,"))
     done = softvox("trials", "add", "copy.csv", *RUN, cwd=folder)
-    assert "copy.csv, line 2: has the track of trial " in done.stderr
+    assert "error: copy.csv, line 2 and trials/" in done.stderr
+    assert ".json have the same track, and no two runs do; leave out" in done.stderr
     (folder / "other.csv").write_text(CSV.replace("0.75", "0.7"))
     done = softvox("trials", "add", "other.csv", *RUN, cwd=folder)
-    assert "other.csv, line 2: repetition 1 of 00021222 under these conditions is " in done.stderr
+    assert "error: other.csv, line 2 and trials/" in done.stderr
+    assert ".json describe the same run differently (6453, acrylic, 2026" in done.stderr
     assert snapshot(folder / "trials") == before
 
 
 def test_malformed_files_are_refused_in_a_line(folder, capsys):
-    film = (*FILM[:8], "--format")
+    film = FILM[:8]
     for i, (content, _, _) in enumerate(malformed(24, seed=3)):
         path = folder / f"{i}.csv"
         path.write_bytes(content)
-        kind = ("csv", "tracker", "deeplabcut")[i % 3]
         into = ("--into", str(folder / "trials"))
-        assert main(["trials", "add", str(path), *RUN, *film, kind, *into]) in (0, 2)
+        own = film if b"scorer" in content else film[:2]
+        assert main(["trials", "add", str(path), *RUN, *own, *into]) in (0, 2)
         told = capsys.readouterr().err
         assert told == "" or (told.startswith("softvox: error: ") and told.count("\n") == 1)
 
@@ -181,4 +187,4 @@ def test_the_page_does_what_it_shows(tmp_path, monkeypatch):
     (code,) = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
     made = {}
     exec(code, made)
-    assert made["trial"].displacement.round(2).tolist() == [0.44, 0.44]
+    assert made["found"].trial.displacement.round(2).tolist() == [0.44, 0.44]

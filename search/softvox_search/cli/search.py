@@ -52,7 +52,7 @@ SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 
 HELP = {
     "option": "of the searcher, as in TOML; may be given several times",
-    "shape": "the lattice (default: 2 2 2)",
+    "shape": "the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
     "phases": "of active voxels, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
     "seed": "of all random numbers (default: 0)",
     "budget": "different designs; with noise, evaluations (default: %(default)s)",

@@ -44,8 +44,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def readable(arguments: Iterable[str]) -> list[str]:
-    """Put a blank before -1e7, -inf and the like, which argparse then takes for values."""
-    return [f" {word}" if ODD_NEGATIVE.fullmatch(word) else word for word in arguments]
+    """Return arguments as argparse takes them.
+
+    A blank before -1e7, -inf and the like has it take them for values. --shape 3x3x3 is the same as
+    --shape 3 3 3.
+    """
+    words = [f" {word}" if ODD_NEGATIVE.fullmatch(word) else word for word in arguments]
+    made: list[str] = []
+    for word in words:
+        option, equals, value = word.rpartition("=")
+        is_shape = option == "--shape" or (not equals and made[-1:] == ["--shape"])
+        sides = value.split("x") if is_shape and re.fullmatch(r"\d+x\d+x\d+", value) else []
+        made += (["--shape", *sides] if equals else sides) if sides else [word]
+    return made
 
 
 def number(text: str) -> float:
@@ -95,7 +106,7 @@ def add_shape(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         default=(2, 2, 2),
         metavar=("NX", "NY", "NZ"),
-        help="the lattice (default: 2 2 2)",
+        help="the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
     )
     parser.add_argument(
         "--phases",

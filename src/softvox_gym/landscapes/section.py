@@ -112,8 +112,10 @@ class _Facts(Formatter):
 
 
 def shown(value: Any, spec: str) -> str:
-    """Return a value as people see it, such as 0.5 with ".1%" as 50.0 %."""
-    return "-" if value is None else format(value, spec).replace("%", " %")
+    """Return a value as people see it, such as 0.5 with ".1%" as 50.0 %, and -0.01 as 0."""
+    text = "-" if value is None else format(value, spec).replace("%", " %")
+    is_zero = isinstance(value, float) and text.startswith("-") and not text.strip("-0. %")
+    return text.removeprefix("-") if is_zero else text
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> list[str]:

@@ -6,12 +6,13 @@ folder holds is what its files say. docs/trials-database.md describes both.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
-from softvox_gym.lattice import Lattice
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
 
 #: Of the files' names.
@@ -19,36 +20,18 @@ ENDING = ".json"
 
 
 class Checked(NamedTuple):
-    """What `check` found in some folders.
+    """What `check` found in some folders."""
 
-    Parameters
-    ----------
-    trials : tuple of Trial
-        That are whole, sorted by digest, each once.
-    faults : tuple of str
-        A line each that names the file and the remedy.
-    doubts : tuple of str
-        What may be right, and looks as if it were not; lines too.
-    """
-
-    trials: tuple[Trial, ...]
-    faults: tuple[str, ...]
-    doubts: tuple[str, ...]
+    trials: tuple[Trial, ...]  #: That are whole, sorted by digest, each once.
+    faults: tuple[str, ...]  #: Lines that name the file and the remedy.
+    doubts: tuple[str, ...]  #: Lines about what may be right, and looks as if it were not.
 
 
 class Added(NamedTuple):
-    """What `add` and `merge` were given, sorted by digest, each once.
+    """What `add` and `merge` were given, sorted by digest, each once."""
 
-    Parameters
-    ----------
-    new : tuple of Trial
-        Those that were written.
-    known : tuple of Trial
-        Those that the folder held already.
-    """
-
-    new: tuple[Trial, ...]
-    known: tuple[Trial, ...]
+    new: tuple[Trial, ...]  #: Those that were written.
+    known: tuple[Trial, ...]  #: Those that the folder held, be it of other provenance.
 
 
 def shipped() -> Path:
@@ -57,14 +40,9 @@ def shipped() -> Path:
 
 
 def read(*folders: Path) -> tuple[Trial, ...]:
-    """Read the trials of some folders.
+    """Return the trials of some folders, sorted by digest, each once.
 
     Files whose names don't end in .json are left alone, and hidden ones.
-
-    Returns
-    -------
-    tuple of Trial
-        Sorted by digest, each once.
 
     Raises
     ------
@@ -75,42 +53,40 @@ def read(*folders: Path) -> tuple[Trial, ...]:
 
 
 def check(*folders: Path) -> Checked:
-    """Read some folders, and tell all that is wrong in them, and between them.
-
-    Raises
-    ------
-    TrialError
-        Where there is no such folder.
-    """
+    """Tell all that is wrong in folders, and between them; TrialError where there is none."""
     held, faults = _checked(folders)
     left = [
         f"{path} is left of a command that was interrupted; delete it, unless one runs now"
         for folder in folders
         for path in sorted(folder.glob(".*.json.partial-*"))
     ]
-    return Checked(_sorted(held), tuple(faults), (*left, *_same_tracks(held)))
+    return Checked(_sorted(held), tuple(faults), (*left, *_copies(held)))
 
 
-def faults(folder: Path) -> list[str]:
-    """Return all faults of a folder, as `check` finds them."""
-    return list(check(folder).faults)
-
-
-def add(folder: Path, trials: Iterable[Trial]) -> Added:
-    """Add trials to a folder, which is made where there is none.
+def add(
+    folder: Path, trials: Iterable[Trial] | Mapping[Trial, str], *, refuse_copies: bool = False
+) -> Added:
+    """Add trials, or a mapping of them to what errors call each, to a folder, which may be new.
 
     Every file appears whole. Whatever interrupts it, what is there is good, and the same call again
     completes it. Several processes may add to one folder.
+
+    Parameters
+    ----------
+    folder : Path
+    trials : iterable of Trial, or mapping of Trial to str
+    refuse_copies : bool
+        Refuse a measured track that another trial has too, of these or of the folder.
 
     Raises
     ------
     TrialError
         Before anything is written: where the folder has a fault, or two trials, of these or of the
         folder, describe the same run differently.
-    softvox_gym.files.OutputError
-        Where the folder can't be written to.
     """
-    return _add(folder, dict.fromkeys(trials, "a trial to add"))
+    if not isinstance(trials, Mapping):
+        trials = dict.fromkeys(trials, "a trial to add")
+    return _add(folder, trials, refuse_copies=refuse_copies)
 
 
 def merge(into: Path, *others: Path) -> Added:
@@ -127,13 +103,17 @@ def _sorted(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     return tuple(sorted(set(trials), key=lambda trial: trial.digest))
 
 
-def _add(folder: Path, places: Mapping[Trial, object]) -> Added:
+def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = False) -> Added:
     check_folder(folder, (), force=True)
     held = _held([folder]) if folder.is_dir() else {}
-    for fault in _conflicts({**places, **held}):
-        raise TrialError(fault)
+    told = {trial.run: trial for trial in held}
     given = _sorted(places)
-    new = tuple(trial for trial in given if trial not in held)
+    known = tuple(trial for trial in given if _is_same(trial, told.get(trial.run)))
+    new = _sorted({*given} - {*known})
+    every = {**held, **{trial: places[trial] for trial in new}}
+    copies = _copies(every, known=held) if refuse_copies else ()
+    for fault in (*_conflicts(every), *copies):
+        raise TrialError(fault)
     folder.mkdir(exist_ok=True)
     try:
         for trial in new:  # whoever writes the same file meanwhile writes the same bytes
@@ -141,7 +121,14 @@ def _add(folder: Path, places: Mapping[Trial, object]) -> Added:
     except BaseException as stop:
         stop.add_note("the trials written so far are kept; the same command goes on")
         raise
-    return Added(new, tuple(trial for trial in given if trial in held))
+    return Added(new, known)
+
+
+def _is_same(trial: Trial, other: Trial | None) -> bool:
+    """Return whether they say the same, be it read from another file."""
+    if other is None or trial == other:
+        return trial == other
+    return replace(trial, provenance=other.provenance) == other
 
 
 def _held(folders: Iterable[Path]) -> dict[Trial, Path]:
@@ -201,34 +188,49 @@ def _read(path: Path) -> Trial:
     return trial
 
 
+def _pairs(
+    places: Mapping[Trial, object], key: Callable[[Trial], Any]
+) -> Iterator[tuple[Trial, Trial]]:
+    """Yield every trial that has a key, not None, of an earlier one; and that."""
+    first: dict[Any, Trial] = {}
+    for trial in places:
+        own = key(trial)
+        if own is not None and (other := first.setdefault(own, trial)) != trial:
+            yield trial, other
+
+
 def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
     """Yield a line for every trial of a run that another one describes as well."""
-    first: dict[tuple[Any, ...], Trial] = {}
-    for trial, place in places.items():
-        other = first.setdefault(trial.run, trial)
-        if other != trial:
-            yield (
-                f"{place} and {places[other]} describe the same run differently ({_run(trial)}); "
-                "if they are two runs, give one another repetition, otherwise keep one of them"
-            )
+    for trial, other in _pairs(places, lambda trial: trial.run):
+        yield (
+            f"{places[trial]} and {places[other]} describe the same run differently "
+            f"({_run(trial)}); if they are two runs, give one another repetition, otherwise keep "
+            "one of them"
+        )
 
 
 def _run(trial: Trial) -> str:
     """Return what a person knows a run by."""
     facts = (trial.robot, trial.reality, trial.surface, trial.date, trial.who)
-    number = str(trial.design.index if trial.design.lattice == Lattice() else trial.design.digits)
-    return ", ".join([number[:40], *filter(None, facts), f"repetition {trial.repetition}"])
+    number = str(called(trial.design))[:40]
+    return ", ".join([number, *filter(None, facts), f"repetition {trial.repetition}"])
 
 
-def _same_tracks(places: Mapping[Trial, Path]) -> Iterator[str]:
-    """Yield a line for every measured track that another trial has too: two robots never do."""
-    first: dict[tuple[bytes, bytes], Trial] = {}
-    for trial, path in places.items():
-        if trial.source == "measured":
-            track = trial.cycle.tobytes(), trial.position.tobytes()
-            other = first.setdefault(track, trial)
-            if other != trial:
-                yield (
-                    f"{path} and {places[other]} have the same track, and no two runs do; take out "
-                    "the one that is not of its robot"
-                )
+def _copies(places: Mapping[Trial, object], known: Container[Trial] = ()) -> Iterator[str]:
+    """Yield a line for every trial, not known, whose measured track another one has too."""
+    for trial, other in _pairs(places, _track):
+        if trial not in known:
+            yield (
+                f"{places[trial]} and {places[other]} have the same track, and no two runs do; "
+                "leave out the one that is not of its robot"
+            )
+
+
+def _track(trial: Trial) -> tuple[bytes, bytes] | None:
+    """Return what two robots can't share; None where they may be alike by chance.
+
+    That may simulated tracks, those of two points, read off a ruler, and robots that stay.
+    """
+    if trial.source == "simulated" or len(trial.cycle) < 3 or not trial.position.any():
+        return None
+    return trial.cycle.tobytes(), trial.position.tobytes()

@@ -34,15 +34,9 @@ def as_json_lines(trials: Iterable[Trial]) -> bytes:
 
 
 def as_parquet(trials: Iterable[Trial]) -> bytes:
-    """Return a table with a row per trial.
+    """Return a table with a row per trial, of `facts_of` it; ImportError without pyarrow.
 
-    Its columns are the keys of `facts_of`; in place of the track there are lists, cycle, x_cm and
-    y_cm, and provenance is a struct.
-
-    Raises
-    ------
-    ImportError
-        Where pyarrow is missing.
+    In place of the track there are lists, cycle, x_cm and y_cm.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -53,14 +47,14 @@ def as_parquet(trials: Iterable[Trial]) -> bytes:
         columns = zip(*row.pop("track"), strict=True)
         rows.append({**row, **dict(zip(TRACK, map(list, columns), strict=True))})
     number, whole = pa.float64(), pa.int32()
-    is_number = {name: name in PROVENANCE_NUMBERS for name in PROVENANCE}
-    provenance = [(name, number if is_number[name] else pa.string()) for name in PROVENANCE]
     types = {
         **dict.fromkeys(("version", "phases", "repetition"), whole),
         **dict.fromkeys(("pressure_kpa", "frequency_hz", "cycles", "voxel_cm"), number),
         **dict.fromkeys(TRACK, pa.list_(number)),
         "shape": pa.list_(whole),
-        "provenance": pa.struct(provenance),
+        "provenance": pa.struct(
+            [(name, number if name in PROVENANCE_NUMBERS else pa.string()) for name in PROVENANCE]
+        ),
     }
     names = ["digest", *KEYS[:-1], *TRACK]
     schema = pa.schema([(name, types.get(name, pa.string())) for name in names])

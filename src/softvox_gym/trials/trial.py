@@ -9,16 +9,16 @@ import datetime
 import json
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from hashlib import sha256
-from operator import index as as_index
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym.design import Design
+from softvox_gym.design import Design, called
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import MOST_CM
 from softvox_gym.realities import reality
@@ -30,10 +30,8 @@ FORMAT, VERSION = "softvox-gym trial", 1
 #: Licences that let others use the data, by their SPDX identifiers.
 LICENSES = ("CC0-1.0", "CC-BY-4.0", "ODC-By-1.0", "PDDL-1.0", "MIT")
 
-#: Texts are at most as long, and a track has at most as many points.
-MOST_CHARACTERS, MOST_POINTS = 2000, 100_000
-
-MOST_REPETITIONS = 10_000
+#: Of a text, of a track, and of one robot under the same conditions.
+MOST_CHARACTERS, MOST_POINTS, MOST_REPETITIONS = 2000, 100_000, 10_000
 
 #: A file is at most so large: a little more than that many points and a million sites take.
 MOST_BYTES = 8_000_000
@@ -44,11 +42,8 @@ PLACES = {"cycle": 5, "position": 4}
 #: No cycle and no cm is larger; also what makes rounding safe.
 _LARGEST = 1e6
 
-#: Of the kit's robots, cm.
-VOXEL_CM = 1.5
-
-#: Of simulated robots, cm.
-SIMULATED_VOXEL_CM = 1.0
+#: Of the kit's robots, and of simulated ones.
+VOXEL_CM, SIMULATED_VOXEL_CM = 1.5, 1.0
 
 #: What `provenance` may say: the file that the track was read from, what kind it was of, and how
 #: its numbers became cm along the robot's axes.
@@ -69,37 +64,25 @@ class Trial:
     Parameters
     ----------
     design : Design
-        As `Design` takes it.
     cycle : ndarray, shape (n,)
         Actuation cycles since the start, from 0, increasing.
     position : ndarray, shape (n, 2)
         x, y of the centre of mass in cm from the start, along the robot's own axes before it moved,
         seen from above: y is a quarter turn counter-clockwise from x.
-    surface : str
-        What it stood on.
-    who : str
-        Who ran it, or what did.
-    date : str
-        Of the run, YYYY-MM-DD; "" of a simulated one.
-    license : str
-        One of `LICENSES`.
+    surface, who, license, date : str
+        What it stood on; who ran it, or what did; one of `LICENSES`; YYYY-MM-DD, "" of a simulated
+        one.
     source : {"measured", "simulated"}
     reality : str
-        Of a simulated one: the name of the pseudo-reality, as `softvox_gym.reality` takes it, or
-        "published".
-    robot : str
-        Which one it was, where several of a design were built; "" for the only one.
-    powder : str
-        What lay on the surface; "" for nothing.
-    pressure_kpa, frequency_hz : float, optional
-        Of actuation.
-    cycles : float, optional
-        Of actuation in the run; where None, those of the track.
+        Of a simulated one: as `softvox_gym.reality` takes it, or "published".
+    robot, powder, camera, notes : str
+        Which one of a design; what lay on the surface.
+    pressure_kpa, frequency_hz, cycles : float, optional
+        Of actuation; cycles of the whole run, by default of the track.
     repetition : int
         Which run of this robot under these conditions it was, from 1.
     voxel_cm : float
         The resting edge of a voxel; 1 of a simulated robot.
-    camera, notes : str
     provenance : dict
         Of the track, keys of `PROVENANCE`: its file's name and SHA-256, and what it was made of.
 
@@ -139,20 +122,25 @@ class Trial:
     def __post_init__(self) -> None:
         for name in _TEXTS:
             _check_text(name, getattr(self, name), is_needed=name in ("surface", "who"))
-        _check_choice("license", self.license, LICENSES)
-        _check_choice("source", self.source, ("measured", "simulated"))
-        if self.source == "simulated":
-            _check_reality(self.reality)
-        elif self.reality:
+        for name, choices in (("license", LICENSES), ("source", ("measured", "simulated"))):
+            if (value := getattr(self, name)) not in choices:
+                raise TrialError(f"{name} must be one of {', '.join(choices)}, got {_shown(value)}")
+        is_simulated = self.source == "simulated"
+        if self.reality and not is_simulated:
             raise TrialError("reality is of a simulated trial; leave it out of a measured one")
-        if self.date or self.source == "measured":
+        if is_simulated and self.reality != "published":
+            try:
+                reality(self.reality[:40])
+            except ValueError as error:
+                raise TrialError(f"reality of a simulated trial: {error}, and published") from None
+        if self.date or not is_simulated:
             _check_date(self.date)
         changed: dict[str, Any] = {"design": _design(self.design), **self._points()}
         for name, most in _NUMBERS.items():
             value = getattr(self, name)
             if value is not None or name == "voxel_cm":
                 changed[name] = _number(name, value, 0.0, most)
-        if self.source == "simulated" and changed["voxel_cm"] != SIMULATED_VOXEL_CM:
+        if is_simulated and changed["voxel_cm"] != SIMULATED_VOXEL_CM:
             raise TrialError("simulated robots have voxels of 1 cm; give voxel_cm=1")
         end = float(changed["cycle"][-1])
         cycles = changed["cycles"] = round(changed.get("cycles", end), PLACES["cycle"])
@@ -173,8 +161,8 @@ class Trial:
         return hash(self.digest)
 
     def __repr__(self) -> str:
-        number = self.design.index if self.design.lattice.has_int64_numbers else self.design.digits
-        return f"<Trial {self.digest[:10]}: {str(number)[:40]}, {self.source} by {self.who[:40]}>"
+        name = str(called(self.design))[:40]
+        return f"<Trial {self.digest[:10]}: {name}, {self.source} by {self.who[:40]}>"
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Trial:
@@ -233,8 +221,9 @@ class Trial:
         """
         known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
         lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
-        points = np.column_stack([self.cycle, self.position]).tolist()
-        track = _json([[_plain(value) for value in point] for point in points])
+        track = _json(np.column_stack([self.cycle, self.position]).tolist())
+        for separator in ",]":
+            track = track.replace(f".0{separator}", separator)  # numbers are written one way
         lines.append('"track": [\n' + track[1:-1].replace("], [", "],\n[") + "\n]")
         return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
@@ -294,6 +283,8 @@ _TEXTS = (
 #: The largest that each number can be; none is 0 or less.
 _NUMBERS = {"pressure_kpa": 1e3, "frequency_hz": 1e3, "cycles": _LARGEST, "voxel_cm": 100.0}
 
+_json = json.JSONEncoder(ensure_ascii=False).encode
+
 _HEAD = {"format": FORMAT, "version": VERSION}
 
 #: Of the file, in its order, but for what says the format, the lattice and the track.
@@ -341,26 +332,12 @@ def _check_text(name: str, value: Any, *, is_needed: bool) -> None:
         raise TrialError(f"{name} is needed, and is empty; say it")
 
 
-def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise TrialError(f"{name} must be one of {', '.join(choices)}, got {_shown(value)}")
-
-
-def _check_reality(name: str) -> None:
-    try:
-        if name != "published":
-            reality(name[:40])
-    except ValueError as error:
-        raise TrialError(f"reality of a simulated trial: {error}, and published") from None
-
-
 def _check_date(text: str) -> None:
-    try:
-        is_date = datetime.date.fromisoformat(text).isoformat() == text
-    except ValueError:
-        is_date = False
-    if not is_date:
-        raise TrialError(f"date must be written as 2026-11-27, got {_shown(text)}")
+    with suppress(ValueError):
+        if datetime.date.fromisoformat(text).isoformat() == text:
+            return
+    why = f"must be written as 2026-11-27, got {_shown(text)}"
+    raise TrialError(f"date {why if text else 'of a measured trial is needed, as 2026-11-27'}")
 
 
 def _number(name: str, value: Any, above: float, most: float) -> float:
@@ -373,15 +350,12 @@ def _number(name: str, value: Any, above: float, most: float) -> float:
 
 
 def _repetition(value: Any) -> int:
-    try:
-        number = 0 if isinstance(value, bool) else as_index(value)
-    except TypeError:
-        number = 0
-    if not 1 <= number <= MOST_REPETITIONS:
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or not 1 <= value <= MOST_REPETITIONS:
         raise TrialError(
             f"repetition must be a whole number from 1 to {MOST_REPETITIONS}, got {_shown(value)}"
         )
-    return number
+    return int(value)
 
 
 def _provenance(values: Any) -> dict[str, str | float]:
@@ -414,7 +388,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)

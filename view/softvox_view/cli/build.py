@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym.build import MOULD_VOXELS, TOWARDS, Bill, Plan, bill, plan
+from softvox_gym.build import MOULD_VOXELS, TOWARDS, Bill, Plan, bill, digits_of, places, plan
 from softvox_gym.cli.landscape import ranking
 from softvox_gym.cli.parser import add_shape, whole_number
 from softvox_gym.cli.simulate import design_of
@@ -39,15 +37,15 @@ what needs care, or why a design can't be built; and what all that can takes:
 voxels by colour, silicone, tube, hours, and the bill of materials, scaled from
 the paper's table for fifty robots.
 
-What FILE of --out ends in says what the sheets are, of a robot a page with its
-slices, the order of assembly, and what to expect and to measure:
-  .pdf   all robots, and a page for the batch: bill and check list
+--out draws sheets: for each robot a page with its slices, the order of
+assembly, and what to expect and to measure.
+  .pdf   all robots, and a page for the batch: the bill, and how to measure
   .html  the same, for a browser
   .svg   one robot
 
-Mould fillings and hours go by --mould-voxels: that the mould makes {MOULD_VOXELS}
-voxels at once is an assumption. The hours are those of its two layers: each
-takes 25 min and 20 min at 60 C, or 75 min at room temperature.
+That the mould makes {MOULD_VOXELS} voxels at once is an assumption; mould fillings and
+hours go by it. The hours are those of its two layers: each takes 25 min and
+20 min at 60 C, or 75 min without an incubator.
 
 Exit status 1 where a DESIGN can't be built; the others are dealt with.
 """
@@ -59,9 +57,6 @@ softvox build DESIGN ... [--copies N] [--out FILE] [options]
 #: What a sheet's file may be.
 FORMS = (".pdf", ".svg", ".html")
 
-#: Of those left out, and of a group's voxels, so many are named.
-MOST_NAMED = 10
-
 
 def add_parser(commands: Any) -> None:
     """Add the command."""
@@ -72,10 +67,10 @@ def add_parser(commands: Any) -> None:
         usage=USAGE,
     )
     parser.add_argument("designs", metavar="DESIGN", nargs="*", help="a number, digits or a file")
+    number: dict[str, Any] = {"type": whole_number, "metavar": "N"}
     parser.add_argument(
         "--top",
-        type=whole_number,
-        metavar="N",
+        **number,
         help="instead of designs, the fittest N of the published landscape that can be built",
     )
     parser.add_argument(
@@ -84,22 +79,11 @@ def add_parser(commands: Any) -> None:
         help="of these the best of each symmetry class (turned or mirrored)",
     )
     add_shape(parser)
-    parser.add_argument(
-        "--copies", type=whole_number, default=1, metavar="N", help="of each robot (default: 1)"
-    )
+    parser.add_argument("--copies", **number, default=1, help="of each robot (default: 1)")
     parser.add_argument("--out", type=Path, metavar="FILE", help="draw sheets")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the bill of materials")
-    parser.add_argument("--json", action="store_true", help="print JSON, with the steps")
-    parser.add_argument(
-        "--mould-voxels",
-        type=whole_number,
-        default=MOULD_VOXELS,
-        metavar="N",
-        help=f"that one filling of the mould makes (default: {MOULD_VOXELS})",
-    )
-    parser.add_argument(
-        "--no-incubator", action="store_true", help="layers cure at room temperature"
-    )
+    words = f"that one filling of the mould makes (default: {MOULD_VOXELS})"
+    parser.add_argument("--mould-voxels", **number, default=MOULD_VOXELS, help=words)
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     parser.set_defaults(run=run, parser=parser)
 
@@ -108,12 +92,7 @@ def run(args: Namespace) -> int:
     """Check everything, plan, draw, write, then print."""
     if bool(args.designs) == bool(args.top):
         raise BadInputError("give a DESIGN or several, or --top N; and not both")
-    if args.top:
-        designs, shown = _best(args)
-    else:
-        designs, shown = _given(args), ""
-    if args.out and args.out == args.csv:
-        raise BadInputError("--out and --csv name one file; choose another for one of them")
+    designs, shown = _best(args) if args.top else (_given(args), "")
     for option, path in (("--out", args.out), ("--csv", args.csv)):
         if path:
             with bad_input(option):
@@ -122,26 +101,20 @@ def run(args: Namespace) -> int:
         check_form(args.out, len(designs))
     plans = [plan(design) for design in designs]
     sound = [one for one in plans if not one.problems]
-    options = {"mould_voxels": args.mould_voxels, "incubator": not args.no_incubator}
-    batch = bill(sound, args.copies, **options) if sound else None
-    written = {}
-    if args.out:
-        written[args.out] = sheets_of(args.out, plans, batch)
+    batch = bill(sound, args.copies, mould_voxels=args.mould_voxels) if sound else None
+    parts = [shown or "\n".join(line for one in plans for line in _as_text(one))]
+    if len(sound) < len(plans):
+        parts.append(f"the bill, of the {len(sound)} that can be built:" if sound else "no bill")
+    parts += [batch.amounts().text(), batch.materials().text()] if batch else []
+    written = {"--out": sheets_of(args.out, plans, batch)} if args.out else {}
     if args.csv and batch:
-        written[args.csv] = batch.materials().csv().encode()
-    for path, content in written.items():
-        with bad_input("--out" if path == args.out else "--csv"):
+        written["--csv"] = batch.materials().csv().encode()
+    for option, content in written.items():
+        path = args.out if option == "--out" else args.csv
+        with bad_input(option):
             write_file(path, content, force=args.force)
-    if args.json:
-        print(_as_json(plans, batch))
-    else:
-        parts = [shown] if shown else ["\n".join(_as_text(one)) for one in plans]
-        if len(sound) < len(plans):
-            parts.append(
-                f"the bill, of the {len(sound)} that can be built:" if sound else "no bill"
-            )
-        parts += [batch.amounts().text(), batch.materials().text()] if batch else []
-        print("\n\n".join(parts + [f"wrote {path}" for path in written]))
+        parts.append(f"wrote {path}")
+    print("\n\n".join(parts))
     return 0 if len(sound) == len(plans) else 1
 
 
@@ -149,48 +122,34 @@ def _given(args: Namespace) -> list[Design]:
     """Return the designs that were named."""
     if args.one_per_class:
         raise BadInputError("--one-per-class is for --top")
-    designs = [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
-    for i, design in enumerate(designs):
-        if design in designs[:i]:
-            raise BadInputError(
-                f"{args.designs[i]} is given twice; --copies builds several of each"
-            )
-    return designs
+    return [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
 
 
 def _best(args: Namespace) -> tuple[list[Design], str]:
     """Return the fittest designs that can be built, and what to say of them."""
     if tuple(args.shape) != Lattice() or args.phases > 1:
-        raise BadInputError("--shape and --phases are not for --top, whose landscape is 2 2 2")
+        raise BadInputError("--shape and --phases are not for --top, whose landscape is 2x2x2")
     table = ranking(landscape())
     can_be = buildable(Lattice().digits(table["design"]), Lattice())
-    places = np.flatnonzero(can_be)
-    if args.top > len(places):
-        raise BadInputError(f"--top: {len(places)} designs can be built, {args.top} were asked for")
-    places = places[: args.top]
-    left_out = table["design"][: places[-1]][~can_be[: places[-1]]].tolist()
+    ranks = np.flatnonzero(can_be)[: args.top]
+    if args.top > len(ranks):
+        raise BadInputError(f"--top: {len(ranks)} designs can be built, {args.top} were asked for")
+    left_out = ranks[-1] + 1 - len(ranks)
     if args.one_per_class:
-        classes = symmetry_classes()[table["design"][places]]
-        places = places[np.sort(np.unique(classes, return_index=True)[1])]
-    designs = [Design(number) for number in table["design"][places].tolist()]
+        classes = symmetry_classes()[table["design"][ranks]]
+        ranks = ranks[np.sort(np.unique(classes, return_index=True)[1])]
+    designs = [Design(number) for number in table["design"][ranks].tolist()]
+    fitness = table["fitness"][ranks].tolist()
+    columns = ("rank", "design", "digits", "fitness", "pink", "blue")
     shown = Section(
-        columns=[
-            Column("rank", "rank"),
-            Column("design", "design"),
-            Column("digits", "digits"),
-            Column("fitness", "fitness", ".2f"),
-            Column("active", "pink"),
-            Column("passive", "blue"),
-        ],
+        columns=[Column(name, name, ".2f" * (name == "fitness")) for name in columns],
         rows=[
-            (place + 1, d.index, d.digits, fitness, d.n_active, d.n_voxels - d.n_active)
-            for d, place, fitness in zip(
-                designs, places.tolist(), table["fitness"][places].tolist(), strict=True
-            )
+            (rank + 1, d.index, d.digits, fit, d.n_active, d.n_voxels - d.n_active)
+            for rank, d, fit in zip(ranks.tolist(), designs, fitness, strict=True)
         ],
     ).text()
     if left_out:
-        shown += f"\nleft out, as they can't be built (in several pieces): {_named(left_out)}"
+        shown += f"\nleft out: {left_out} in several pieces, which can't be built"
     return designs, shown
 
 
@@ -235,41 +194,16 @@ def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
 def _as_text(one: Plan) -> Iterator[str]:
     """Yield what is said of a robot."""
     design = one.design
-    digits = design.digits if len(design.digits) <= 40 else f"{design.digits[:37]}..."
-    name = f"{design.index}  {digits}" if design.lattice == Lattice() else digits
+    name = f"{design.index}  " if design.lattice == Lattice() else ""
     yield (
-        f"{name}  {design.n_active} pink (active), {design.n_voxels - design.n_active} blue or "
-        f"yellow (passive); groups {len(one.groups)}, holes {len(one.holes)}"
+        f"{name}{digits_of(design)}  {design.n_active} pink (active), "
+        f"{design.n_voxels - design.n_active} blue or yellow (passive); groups {len(one.groups)}, "
+        f"holes {len(one.holes)}"
     )
     for group in one.groups:
-        yield f"  group {group.name}: {_named(map(design.lattice.place, group.sites))}"
+        yield f"  group {group.name}: {places(design, group.sites)}"
         if inlet := group.inlet:
-            place, way = design.lattice.place(inlet.site), TOWARDS[inlet.face]
-            yield f"    inlet in {place} towards {way}: {inlet.why}"
-    for problem in one.problems:
-        yield f"  can't be built: {problem}"
-    for warning in one.warnings:
-        yield f"  take care: {warning}"
-
-
-def _named(things: Iterable[object]) -> str:
-    """Return a list of things that is cut where it gets long."""
-    words = [str(thing) for thing in things]
-    more = f" and {len(words) - MOST_NAMED} more" if len(words) > MOST_NAMED else ""
-    return ", ".join(words[:MOST_NAMED]) + more
-
-
-def _as_json(plans: Sequence[Plan], batch: Bill | None) -> str:
-    """Return all of it for programs."""
-    robots = [
-        {
-            "design": one.design.index if one.design.lattice.has_int64_numbers else None,
-            "digits": one.design.digits,
-            "shape": one.design.shape,
-            "phases": one.design.lattice.phases,
-            **{name: value for name, value in asdict(one).items() if name != "design"},
-        }
-        for one in plans
-    ]
-    takes = batch and {"quantities": dict(batch.quantities), **batch.materials().to_dict()}
-    return json.dumps({"robots": robots, "bill": takes}, indent=2)
+            at = f"{places(design, [inlet.site])} towards {TOWARDS[inlet.face]}"
+            yield f"    inlet in {at}: {inlet.why}"
+    yield from (f"  can't be built: {problem}" for problem in one.problems)
+    yield from (f"  take care: {warning}" for warning in one.warnings)

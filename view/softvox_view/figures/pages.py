@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import io
-import re
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
-from itertools import chain
 from typing import Any
 
-import matplotlib
 import numpy as np
-from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Rectangle
 from matplotlib.textpath import text_to_path
 from numpy.typing import ArrayLike
@@ -38,12 +33,6 @@ LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
 #: Between texts beside each other.
 GAP = 0.08
 
-#: Lines of a text that are not parted by the end of a page.
-TOGETHER = 6
-
-#: What is on one line: a voxel's place, a temperature, any other word.
-_WORDS = r"\(\d+, \d+, \d+\)\S*|\d+ \N{DEGREE SIGN}C\S*|\S+"
-
 #: A context manager to draw pages within: the project's style, in the size of print.
 style = partial(
     project_style,
@@ -56,7 +45,6 @@ _HTML = """<!doctype html>
 <meta charset="utf-8">
 <title>{title}</title>
 <style>
-{fonts}
 @page {{ size: A4; margin: 0 }}
 body {{ margin: 0; background: #ddd }}
 svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background: white }}
@@ -68,80 +56,60 @@ svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background
 
 
 @lru_cache(maxsize=65536)
-def width_of(text: str, size: float = SIZE, weight: str = "normal") -> float:
+def width_of(text: str, weight: str = "normal") -> float:
     """Return how wide a text is."""
-    font = FontProperties(size=size, weight=weight)
+    font = FontProperties(size=SIZE, weight=weight)
     wide, _, _ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
     return float(wide) / 72
 
 
 def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
-    """Return the lines of a text; a word that is wider than a line is broken."""
+    """Return the lines of a text, broken at spaces only."""
     lines = [""]
-    for word in re.findall(_WORDS, text):
-        longer = f"{lines[-1]} {word}".lstrip()
-        if width_of(longer, weight=weight) <= width:
-            lines[-1] = longer
-            continue
-        if width_of(word, weight=weight) <= width:
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and width_of(longer, weight=weight) > width:
             lines.append(word)
-            continue
-        lines[-1] = f"{lines[-1]} ".lstrip()
-        for letter in word:
-            if width_of(lines[-1] + letter, weight=weight) > width:
-                lines.append("")
-            lines[-1] += letter
-    return [line for line in lines if line]
-
-
-@dataclass
-class Pages:
-    """Pages as figures, each of one `Axes` in inches, y downwards; made as they are needed.
-
-    Parameters
-    ----------
-    title : str
-        Of the first page; the others say that they go on.
-    """
-
-    title: str
-    figures: list[Figure] = field(default_factory=list)
-
-    def axis(self, page: int) -> Axes:
-        """Return what is drawn on for a page."""
-        while page >= len(self.figures):
-            self.figures.append(self._page())
-        return self.figures[page].axes[0]
-
-    def _page(self) -> Figure:
-        made = figure(WIDTH, HEIGHT, layout=None)
-        made.set_label(self.title)
-        axis = made.add_axes((0, 0, 1, 1))
-        axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
-        axis.set_axis_off()
-        if self.figures:
-            title = f"{self.title}, page {len(self.figures) + 1}"
-            axis.text(LEFT, HEAD, title, weight="bold", va="bottom")
-        return made
+        else:
+            lines[-1] = longer
+    return lines
 
 
 @dataclass
 class Column:
-    """A column of pages, filled from the top; what has no room goes to the next page."""
+    """A column of pages, filled from the top; what has no room goes to the next page.
 
-    pages: Pages
+    Pages are made as they are needed, each of one `Axes` in inches, y downwards; the title is the
+    first one's, and the others say that they go on.
+    """
+
+    title: str
+    figures: list[Figure] = field(default_factory=list)
     left: float = LEFT
     right: float = RIGHT
     page: int = 0
     top: float = HEAD
 
+    def _axis(self) -> Axes:
+        """Return what is drawn on for the page."""
+        if self.page == len(self.figures):
+            made = figure(WIDTH, HEIGHT, layout=None)
+            made.set_label(self.title)
+            axis = made.add_axes((0, 0, 1, 1))
+            axis.set(xlim=(0, WIDTH), ylim=(HEIGHT, 0))
+            axis.set_axis_off()
+            if self.figures:
+                title = f"{self.title}, page {self.page + 1}"
+                axis.text(LEFT, HEAD, title, weight="bold", va="bottom")
+            self.figures.append(made)
+        return self.figures[self.page].axes[0]
+
     def room(self, height: float) -> tuple[Axes, float]:
         """Take so much height; return what to draw on and where that begins."""
         if self.top + height > FOOT and self.top > HEAD:
             self.page, self.top = self.page + 1, HEAD + LINE
-        axis, top = self.pages.axis(self.page), self.top
         self.top += height
-        return axis, top
+        return self._axis(), self.top - height
 
     def keep(self, height: float) -> None:
         """Go to the next page unless there is so much room."""
@@ -160,23 +128,17 @@ class Column:
         Each is wrapped before the next begins, the last before an end. Returns what the first line
         is on, and its foot.
         """
-        first: tuple[Axes, float] | None = None
         ends = [left for left, _ in cells[1:]] + [end or self.right - self.left + GAP]
         lines = [
             wrapped(text, end - left - GAP, weight=weight)
             for (left, text), end in zip(cells, ends, strict=True)
         ]
-        count = max([1, *map(len, lines)])
-        self.keep(min(count, TOGETHER) * LINE)
-        for i in range(count):
-            axis, top = self.room(LINE)
-            for (left, _), own in zip(cells, lines, strict=True):
-                if i < len(own):
-                    place = self.left + left, top + ASCENT
-                    axis.text(*place, own[i], weight=weight, va="baseline")
-            first = first or (axis, top + ASCENT)
-        assert first is not None
-        return first
+        axis, top = self.room(max(map(len, lines)) * LINE)
+        for (left, _), own in zip(cells, lines, strict=True):
+            for i, line in enumerate(own):
+                place = self.left + left, top + i * LINE + ASCENT
+                axis.text(*place, line, weight=weight, va="baseline")
+        return axis, top + ASCENT
 
     def table(
         self, at: Sequence[float], *rows: Sequence[str], end: float | None = None, gap: float = 0
@@ -195,12 +157,12 @@ class Column:
             self.gap(gap * LINE if i > 1 else 0)
             self.row((0, str(i)), (0.28, item))
 
-    def title(self) -> None:
-        """Write the pages' title, and who builds and when."""
+    def head(self) -> None:
+        """Write the title, and who builds and when."""
         axis, top = self.room(0.36)
-        axis.text(self.left, top + 0.22, self.pages.title, size=18, weight="bold", va="baseline")
-        for right, words in ((1.2, f"built by {20 * '_'}"), (0, f"date {12 * '_'}")):
-            axis.text(self.right - right, top + 0.22, words, ha="right", va="baseline")
+        axis.text(self.left, top + 0.22, self.title, size=18, weight="bold", va="baseline")
+        words = f"built by {20 * '_'}     date {12 * '_'}"
+        axis.text(self.right, top + 0.22, words, ha="right", va="baseline")
         rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
@@ -215,7 +177,7 @@ class Column:
         """Return two columns beside each other from here on, the left one of a share."""
         middle = self.left + share * (self.right - self.left)
         left, right = (self.left, middle - gutter / 2), (middle + gutter / 2, self.right)
-        return tuple(Column(self.pages, *sides, self.page, self.top) for sides in (left, right))
+        return tuple(replace(self, left=a, right=b) for a, b in (left, right))
 
     def below(self, *columns: Column) -> None:
         """Go on where the last of some columns ends."""
@@ -239,75 +201,31 @@ def rectangle(axis: Axes, corner: ArrayLike, wide: float, high: float, **looks: 
     axis.add_patch(Rectangle((x, y), wide, high, **{"fc": "none", "ec": INK, **looks}))
 
 
-def box(axis: Axes, left: float, foot: float, side: float = 0.11) -> None:
+def box(axis: Axes, left: float, foot: float) -> None:
     """Draw a box to tick."""
-    rectangle(axis, (left, foot - side), side, side, lw=0.7)
+    rectangle(axis, (left, foot - 0.11), 0.11, 0.11, lw=0.7)
 
 
 def write(pages: Iterable[Figure], form: str) -> bytes:
-    """Return pages as the bytes of a file, the same on every run.
+    """Return pages as the bytes of a "pdf", "svg" or "html" file, the same on every run.
 
-    Parameters
-    ----------
-    pages : iterable of Figure
-        They may be drawn one after the other: only one is kept at a time.
-    form : {"pdf", "svg", "html"}
-        SVG has one page; HTML is complete in itself and prints a page per sheet.
-
-    Raises
-    ------
-    ValueError
-        For another form, no page, or several in an SVG.
+    They may be drawn one after the other: of a PDF only one is kept at a time. HTML is complete in
+    itself and prints a page per sheet. ValueError for several pages in an SVG.
     """
-    if form not in ("pdf", "svg", "html"):
-        raise ValueError(f"form must be one of pdf, svg, html, got {form!r}")
-    rest = iter(pages)
-    first = next(rest, None)
-    if first is None:
-        raise ValueError("there is no page to write")
-    if form == "svg":
-        if next(rest, None) is not None:
-            raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
-        return _svg(first, "path").encode()
-    return (_pdf if form == "pdf" else _html)(chain([first], rest))
-
-
-def _html(pages: Iterable[Figure]) -> bytes:
-    """Return pages as a web page with its fonts."""
-    titles, made = zip(
-        *((str(page.get_label()), _svg(page, "none")) for page in pages), strict=True
-    )
-    more = len(made) - 1
-    title = titles[0] + (f" and {more} more page{'s' * (more > 1)}" if more else "")
-    inline = "\n".join(one[one.index("<svg") :] for one in made)
-    fonts = "\n".join(_font(weight, inline) for weight in ("normal", "bold"))
-    return _HTML.format(title=escape(title), fonts=fonts, pages=inline).encode()
-
-
-def _font(weight: str, text: str) -> str:
-    """Return the style of a weight of the pages' font, with the glyphs of a text in it."""
-    path = findfont(FontProperties(weight=weight))
-    options = subset.Options(drop_tables=[*subset.Options().drop_tables, "FFTM"])
-    buffer, parts = io.BytesIO(), subset.Subsetter(options)
-    parts.populate(text=text)
-    with subset.load_font(path, options) as font:
-        parts.subset(font)
-        subset.save_font(font, buffer, options)
-    name, data = get_font(path).family_name, b64encode(buffer.getvalue()).decode()
-    source = f"url(data:font/ttf;base64,{data})"
-    return f"@font-face {{ font-family: '{name}'; font-weight: {weight}; src: {source} }}"
-
-
-def _pdf(pages: Iterable[Figure]) -> bytes:
-    """Return pages as a PDF, in which they share their fonts."""
-    buffer = io.BytesIO()
-    with style(), PdfPages(buffer, metadata=FORMATS["pdf"]) as file:
-        for page in pages:
-            file.savefig(page, dpi="figure")
-    return buffer.getvalue()
-
-
-def _svg(page: Figure, text: str) -> str:
-    """Return a page as SVG, with text as paths, or as text ("none")."""
-    with style(), matplotlib.rc_context({"svg.fonttype": text}):
-        return encoded(page, "svg").decode()
+    with style():
+        if form == "pdf":
+            buffer = io.BytesIO()
+            with PdfPages(buffer, metadata=FORMATS["pdf"]) as file:  # the pages share their fonts
+                for page in pages:
+                    file.savefig(page, dpi="figure")
+            return buffer.getvalue()
+        titles, made = zip(
+            *((str(page.get_label()), encoded(page, "svg").decode()) for page in pages), strict=True
+        )
+    if form == "html":
+        title = titles[0] + " and more" * (len(made) > 1)
+        inline = "\n".join(one[one.index("<svg") :] for one in made)
+        return _HTML.format(title=escape(title), pages=inline).encode()
+    if len(made) > 1:
+        raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
+    return str(made[0]).encode()

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
 from softvox_gym.cli.parser import add_shape, number, whole_number
-from softvox_gym.cli.reality import plain
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import bad_input
-from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
-from softvox_gym.real_tracks import heading
-from softvox_gym.trials.database import add, name_of, read
-from softvox_gym.trials.track_files import KINDS, Film, Found, read_track_files
+from softvox_gym.trials.database import add
+from softvox_gym.trials.track_files import Film, read_track_files
 from softvox_gym.trials.trial import LICENSES, VOXEL_CM
+from softvox_view.cli.trials.database import table_of
 from softvox_view.cli.trials.options import add_into
 
 DESCRIPTION = """\
@@ -36,7 +33,7 @@ completes what was interrupted.
 EXAMPLE = """\
 example:
   softvox trials add film.csv --design 6453 --fps 60 --scale 10/437 \\
-    --picture 1920x1080 --x-axis 90 --start 1.5 --frequency-hz 0.5 \\
+    --picture 1920x1080 --x-axis-deg 90 --start-s 1.5 --frequency-hz 0.5 \\
     --surface acrylic --powder cornstarch --pressure-kpa 6 \\
     --who "A. Person" --date 2026-11-27 --license CC-BY-4.0
 """
@@ -59,20 +56,17 @@ RUN = (
 FILM = (
     ("--scale", "L", str, "CM/PIXELS, a reference length as 10/437; Tracker: also cm, mm, m"),
     (
-        "--x-axis",
+        "--x-axis-deg",
         "DEG",
         number,
         "where the robot's +x axis points at the start, counter-clockwise "
         "from the picture's right (default: 0)",
     ),
-    ("--start", "S", number, "when the pump starts (default: on the first line)"),
+    ("--start-s", "S", number, "when the pump starts (default: on the first line)"),
     ("--fps", "X", number, "frames per second, of DeepLabCut's files"),
     ("--point", "NAME", str, "the body part, or Tracker's track, where there are several"),
     ("--likelihood", "X", number, "DeepLabCut's points below are left out (default: 0.9)"),
 )
-
-#: Where an option isn't called as the field of `Film` is.
-FIELDS = {"format": "kind", "x_axis": "x_axis_deg", "start": "start_s"}
 
 
 def add_parser(commands: Any) -> None:
@@ -87,7 +81,6 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE")
     add_into(parser)
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be added")
     group = parser.add_argument_group("the run")
     group.add_argument("--design", metavar="N", help="a number, digits or a file")
     add_shape(group)
@@ -102,7 +95,6 @@ def add_parser(commands: Any) -> None:
         is_needed = name in ("--surface", "--who")
         group.add_argument(name, type=kind, metavar=holds, required=is_needed, help=text)
     group = parser.add_argument_group("the film")
-    group.add_argument("--format", choices=KINDS, help="of the files (default: by their content)")
     group.add_argument(
         "--picture", type=_size, metavar="WxH", help="pixels, which no point may leave"
     )
@@ -111,9 +103,6 @@ def add_parser(commands: Any) -> None:
     )
     for name, holds, kind, text in FILM:
         group.add_argument(name, type=kind, metavar=holds, help=text)
-    group.add_argument(
-        "--allow-jumps", action="store_true", help="take tracks that no robot could have made"
-    )
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -127,10 +116,9 @@ def run(args: Namespace) -> int:
     """Read all files, then add all trials, and print them."""
     given = {name: value for name, value in vars(args).items() if value is not None}
     facts = {name: given[name] for name in ("license", *map(_name, RUN)) if name in given}
+    film = {name: given[name] for name in ("picture", "y", *map(_name, FILM)) if name in given}
     if args.reality is not None:
         facts["source"] = "simulated"
-    names = ("format", "picture", "y", "allow_jumps", *map(_name, FILM))
-    film = {FIELDS.get(name, name): given[name] for name in names if name in given}
     design = None if args.design is None else design_of(args.design, args.shape, args.phases)
     with bad_input():
         found = read_track_files(
@@ -139,40 +127,18 @@ def run(args: Namespace) -> int:
             design=design,
             lattice=design.lattice if design else Lattice.of(args.shape, phases=args.phases),
             repetition=args.repetition,
-            known=read(args.into) if args.into.exists() else (),
             **facts,
         )
-        trials = [one.trial for one in found]
-        if args.dry_run:
-            new = sum(not (args.into / name_of(trial)).exists() for trial in set(trials))
-            known = len(set(trials)) - new
-        else:
-            new, known = map(len, add(args.into, trials))
-    lead = "would be added" if args.dry_run else "added"
-    count = f"{new} trial{'' if new == 1 else 's'}"
-    print(f"{_table(found).text()}\n\n{count} {lead} to {args.into}, {known} were there already")
+        places = {one.trial: one.place for one in found}
+        new, known = add(args.into, places, refuse_copies=True)
+    print(table_of(list(places)).text())
+    for one in found:
+        if one.left_out:
+            print(f"{one.place}: lines left out, without a likely position: {one.left_out}")
+    count = f"{len(new)} trial{'' if len(new) == 1 else 's'}"
+    print(f"{count} added to {args.into}, {len(known)} were there already")
     return 0
 
 
 def _name(option: tuple[Any, ...]) -> str:
     return str(option[0]).removeprefix("--").replace("-", "_")
-
-
-def _table(found: tuple[Found, ...]) -> Section:
-    rows = []
-    for trial, path, line, left_out in found:
-        design = trial.design
-        name = design.index if design.lattice == Lattice() else design.digits
-        way = math.hypot(*trial.displacement), plain(heading(trial.displacement))
-        read_from = (len(trial.cycle), left_out, float(trial.cycle[-1]))
-        rows.append(
-            (trial.digest[:8], name, trial.repetition, *read_from, *way, f"{path}, line {line}")
-        )
-    columns = (
-        *(Column("digest", "digest"), Column("design", "design"), Column("repetition", "rep.")),
-        *(Column("points", "points"), Column("left_out", "left out")),
-        *(Column("cycles", "cycles", ".4g"), Column("distance", "distance", ".2f")),
-        *(Column("heading", "heading", ".0f"), Column("from", "from")),
-    )
-    sentence = "distance in voxel widths, heading in degrees from +x towards +y"
-    return Section(columns=columns, rows=rows, sentence=sentence)

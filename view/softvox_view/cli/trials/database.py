@@ -24,26 +24,20 @@ from softvox_view.cli.trials.options import add_folders, add_into, folders_of, r
 
 CHECK = """\
 Say all that is wrong in folders of trials, and between them, a line for each
-file: a name that is not the digest of the content, content that softvox trials
-would not write, two trials that describe the same run differently. A warning is
-what may be right: two runs with the same track, what an interrupted command
-left. The exit status is 1 where anything is wrong.
+fault (docs/trials-database.md). A warning is what may be right. The exit status
+is 1 where there is a fault.
 """
 
 MERGE = """\
 Copy the trials of some folders into another. Where two of them describe the
-same run differently, both files are named and nothing is written: give one of
-the trials another repetition, or take its file out. What is interrupted is
-completed by the same command.
+same run differently, both files are named and nothing is written. What is
+interrupted is completed by the same command.
 """
 
 LIST = """\
-List trials: the beginning of the digest, the design, what was measured or in
-which reality it was simulated, on which surface and under which powder, how
-many cycles, at which frequency, how far the robot travelled (voxel widths) and
-where to (degrees from +x towards +y), which repetition, when, by whom, and the
-licence. --json has the full digests and all else that the files say, but for
-the tracks.
+List trials: source is measured, or the reality in which it was simulated;
+distance is in voxel widths, heading in degrees from +x towards +y. --json has
+all that the files say, but for the tracks.
 """
 
 EXPORT = """\
@@ -99,11 +93,7 @@ def add_parser(commands: Any) -> None:
     )
     add_folders(parser)
     parser.add_argument(
-        "--out",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help=f"ends in {' or '.join(FORMS)}",
+        "--out", type=Path, required=True, metavar="FILE", help=f"ends in {' or '.join(FORMS)}"
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier one")
     parser.set_defaults(run=run_export, parser=parser)
@@ -113,9 +103,8 @@ def run_check(args: Namespace) -> int:
     """Print a line per fault, and how many trials there are."""
     with bad_input():
         trials, faults, doubts = check(*folders_of(args))
-    print(
-        "".join(f"{line}\n" for line in [*faults, *(f"warning: {line}" for line in doubts)]), end=""
-    )
+    for line in (*faults, *(f"warning: {line}" for line in doubts)):
+        print(line)
     print(f"{_counted(trials)}, {_number(len(faults), 'fault')}, {_number(len(doubts), 'warning')}")
     return int(bool(faults))
 
