@@ -376,7 +376,7 @@ def calibrate(
     base = single_physics(physics)
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
     if isinstance(tracks, MeasuredReality):
-        tracks = replace(tracks, nominal=base).tracks
+        tracks = tracks.against(base).tracks
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

@@ -26,6 +26,9 @@ COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 #: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
 MOST_CM = 100.0
 
+#: Over more cycles no robots are compared: as many are simulated.
+MOST_CYCLES = 1000
+
 #: A larger file is not read: one of an hour's film has a tenth.
 MOST_BYTES = 2**27
 

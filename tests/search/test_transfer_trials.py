@@ -252,7 +252,7 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "trials", "--trials", "talc"], "--trials: the trials differ in powder"),
         (["--trials", "talc", "--heading", "-90"], "no robot of --trials goes towards 270 degrees"),
         (["--trials", "trials", "--trials", "talc", "--powder=talc", "--heading=-90"], "towards"),
-        (["--trials", "talc", "--surface", "ice"], "--trials: no trial is of that kind"),
+        (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials is as"),
         (["--simulated-in", "soft"], "--simulated-in is of --trials; give it as well"),
         (["--cycles", "9"], "--cycles is of --trials"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),

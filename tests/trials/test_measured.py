@@ -81,15 +81,22 @@ def test_it_is_a_value_that_says_what_results_depend_on(real):
     assert real != Reality.from_trials(TRIALS, cycles=14)
     with pytest.raises(ValueError, match="9 of 9 runs end before 16 cycles"):
         replace(real, cycles=16)
-    assert replace(real, cycles=9).about.startswith("9 runs of 9 designs, after 9 cycles on")
+    assert replace(real, cycles=9).about.startswith(
+        "9 runs of 9 designs, after 9 cycles laid over 15 "
+    )
 
 
 def test_the_simulator_lasts_as_many_cycles_as_the_robots_unless_it_is_said(real):
     assert real.nominal == Physics.published()
     assert float(Reality.from_trials([line(17)]).nominal.cycles) == pytest.approx(30)
-    slow = Reality.from_trials(TRIALS, nominal=Physics.published().lasting(23))
+    slow = Reality.from_trials(TRIALS, cycles=(15, 23))
     assert (float(slow.nominal.cycles), slow.cycles) == (pytest.approx(23), 15)
     assert slow != real
+    assert "after 15 cycles laid over 23 simulated ones on acrylic" in slow.about
+    assert (slow.displacement[17:] == real.displacement[17:])[slow.testable[17:]].all()
+    assert slow.tracks[0].cycle == pytest.approx(real.tracks[0].cycle * 23 / 15)
+    assert slow.mean_track(6453, 4).shape == (93, 3)
+    assert slow.against(Physics.of("exact")).simulated_cycles == pytest.approx(23)
 
 
 def test_what_results_depend_on_is_the_trials_and_the_cycles(real):
@@ -154,9 +161,9 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused([*trials_in("soft", [17]), *trials_in("reversal", [40])], "differ in reality: 1 with s")
     early = rf"1 of 1 runs end before 31 cycles: design 17 \({one.digest[:12]}\) after 30"
     refused([one], early, cycles=31)
-    refused([one], "cycles must be a positive number", cycles=0)
+    refused([one], "cycles must be a number above 0", cycles=0)
     refused([line(17, end=1001.0)], "cycles must be above 0 and at most 1000, got 1001")
-    refused([one], "cycles must be a number", TypeError, cycles="all")
+    refused([one], "cycles must be a number", cycles="all")
     large = line(Design("2" * 27, shape=(3, 3, 3)))
     refused(
         [one, large], rf"designs of 2x2x2, and 1 of 2 runs are of others: .*{large.digest[:12]}"

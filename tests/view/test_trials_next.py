@@ -94,7 +94,10 @@ def test_other_cycles_and_another_simulator_are_what_they_are_asked_for(told):
     ("arguments", "message"),
     [
         (["trials", "other"], "the trials differ in reality"),
-        (["--simulated-in=soft"], "no trial is of that kind; softvox trials list"),
+        (
+            ["--simulated-in=soft"],
+            "none of the 3 trials is as the options say; softvox trials list",
+        ),
         (["nowhere"], "no folder nowhere"),
         (["--cycles=20"], "3 of 3 runs end before 20 cycles"),
         (["--duration=3"], "--duration is said by --cycles"),

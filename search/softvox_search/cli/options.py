@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from softvox_gym.cli.parser import number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_file
 from softvox_search.registry import Registry
@@ -36,6 +37,36 @@ def not_negative(text: str) -> int:
             f"must be a whole number of at most 18 digits that is not negative, got {text}"
         )
     return int(text)
+
+
+def add_method_options(parser: ArgumentParser, *, task: str, heading: str) -> None:
+    """Add --option, --task, --heading and --seed of a transfer method, with the usual values."""
+    parser.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="of the method, with a value as in TOML; may be given several times",
+    )
+    parser.add_argument(
+        "--task",
+        default=task,
+        metavar="NAME",
+        help="directed, along a heading, or displacement, in any direction (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--heading",
+        type=number,
+        metavar="DEG",
+        help=f"of the directed task, degrees from x towards y (default: {heading})",
+    )
+    parser.add_argument(
+        "--seed",
+        type=not_negative,
+        default=0,
+        metavar="N",
+        help="of all random numbers (default: %(default)s)",
+    )
 
 
 def check_output(option: str, path: Path, endings: tuple[str, ...], *, force: bool) -> None:

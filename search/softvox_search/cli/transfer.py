@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softvox_gym import MeasuredReality, Reality, reality
-from softvox_gym.cli.parser import cycles, number, whole_number
+from softvox_gym.cli.parser import number, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.cli.trials import add_trials, trials_of
@@ -22,8 +22,8 @@ from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
 from softvox_gym.progress import Progress
 from softvox_gym.tasks import HEADINGS, Task
-from softvox_gym.trials.measured import published_for
 from softvox_search.cli.options import (
+    add_method_options,
     check_output,
     name_in_files,
     not_negative,
@@ -90,37 +90,14 @@ def add_parser(commands: Any) -> None:
             "help": "from --list, or your own as package.module:name (default: %(default)s)",
         },
         "list": {"action": "store_true", "help": "list the methods with their options"},
-        "option": {
-            "action": "append",
-            "default": [],
-            "metavar": "KEY=VALUE",
-            "help": "of the method, with a value as in TOML; may be given several times",
-        },
         "reality": {
             "metavar": "NAME",
             "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
-        },
-        "task": {
-            "default": "directed",
-            "metavar": "NAME",
-            "help": "directed, along a heading, or displacement, in any direction "
-            "(default: %(default)s)",
-        },
-        "heading": {
-            "type": number,
-            "metavar": "DEG",
-            "help": "of the directed task, degrees from x towards y (default: the four)",
         },
         "tests": {
             "type": whole_number,
             "metavar": "N",
             "help": "in reality, per heading (default: 20, or all that were measured)",
-        },
-        "seed": {
-            "type": not_negative,
-            "default": 0,
-            "metavar": "N",
-            "help": "of all random numbers (default: %(default)s)",
         },
         "noise": {
             "type": number,
@@ -145,7 +122,8 @@ def add_parser(commands: Any) -> None:
     }
     for name, settings in options.items():
         parser.add_argument(f"--{name}", **settings)
-    add_trials(parser, cycles=cycles, also=", or REAL:SIMULATED")
+    add_method_options(parser, task="directed", heading="the four")
+    add_trials(parser)
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -207,10 +185,8 @@ def _where(args: Namespace) -> Reality:
             return reality(DEFAULT if args.reality is None else args.reality)
     if args.reality is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
-    real, simulated = args.cycles or (None, None)
-    nominal = None if simulated is None else published_for(simulated)
     with bad_input("--trials:"):
-        made: Reality = Reality.from_trials(trials, nominal=nominal, cycles=real)
+        made: Reality = Reality.from_trials(trials, cycles=args.cycles)
         return made
 
 
@@ -330,7 +306,7 @@ def _lost_or_tried(where: Reality) -> dict[str, Any]:
         "source": where.measured[0].source,
         "designs": where.designs.tolist(),
         "cycles": where.cycles,
-        "simulated_cycles": float(where.nominal.cycles),
+        "simulated_cycles": where.simulated_cycles,
     }
     return {"diverged": 0, "trials": known}
 

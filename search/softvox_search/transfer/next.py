@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,14 +56,8 @@ class Proposal:
     why: str
 
 
-@dataclass(frozen=True, eq=False)
-class Belief:
-    """What a method expects of every design; `Proposal` tells the fields, each shape (6561,)."""
-
-    reward: Array
-    spread: Array
-    displacement: Array | None
-    why: Callable[[int], str]
+#: What a method expects: reward, spread and displacement, if any, each (6561, ...), and why.
+Belief: TypeAlias = tuple[Array, Array, "Array | None", Callable[[int], str]]
 
 
 def proposals(
@@ -137,7 +131,10 @@ def proposals(
     if method not in BELIEFS:
         raise ValueError(f"method must be one of {', '.join(BELIEFS)}, got {method!r}")
     what = Task.of(task, heading)
-    tests = [] if reality is None else _tests(reality, what)
+    tests = []
+    if reality is not None:
+        moved = reality.displacement
+        tests = [Test(n, float(what.reward(moved[n])), moved[n]) for n in reality.designs.tolist()]
     robots = _robots()
     is_free = bodies().n_active > 0
     if buildable_only:
@@ -151,24 +148,17 @@ def proposals(
     made: Any = make(method, simulator, what, rng, **options).method
     for test in tests:
         made.tell(test)
-    belief = BELIEFS[method](made)
+    rewards, spreads, displacement, why = BELIEFS[method](made)
     simulated = what.reward(simulator.landscape())
     chosen: list[Proposal] = []
     while len(chosen) < budget and is_free.any() and (design := made.ask()) is not None:
-        moved = None if belief.displacement is None else belief.displacement[design]
-        reward, spread = float(belief.reward[design]), float(belief.spread[design])
-        said = float(simulated[design])
-        chosen.append(Proposal(design, reward, spread, said, moved, belief.why(design)))
-        made.tell(Test(design, reward, np.zeros(3) if moved is None else moved))
+        way = None if displacement is None else displacement[design]
+        reward, spread, said = (float(all_of[design]) for all_of in (rewards, spreads, simulated))
+        chosen.append(Proposal(design, reward, spread, said, way, why(design)))
+        made.tell(Test(design, reward, np.zeros(3) if way is None else way))
         made.leave_out(robots == robots[design])
         is_free &= robots != robots[design]
     return tuple(chosen)
-
-
-def _tests(reality: MeasuredReality, task: Task) -> list[Test]:
-    """Return what was measured as tests, by number."""
-    moved = reality.displacement
-    return [Test(n, float(task.reward(moved[n])), moved[n]) for n in reality.designs.tolist()]
 
 
 def _robots() -> NDArray[np.int64]:
@@ -186,7 +176,7 @@ def _of_models(made: Eea) -> Belief:
     moved = made.models()[made.kept]
     rewards = made.task.reward(moved)
     models = "models that fit what was measured" if made.tests else "models of the prior"
-    return Belief(
+    return (
         np.asarray(np.tensordot(made.weights, rewards, 1)),
         np.sqrt(moved[..., :2].var(axis=0).sum(axis=-1)),
         made.predict(),
@@ -205,7 +195,7 @@ def _of_process(made: Ite) -> Belief:
         gain = reward[n] - best
         return f"{abs(gain):.1f} {'more' if gain >= 0 else 'less'} than the best measured"
 
-    return Belief(reward, made.deviation(), None, why)
+    return reward, made.deviation(), None, why
 
 
 #: The methods that say how unsure they are, and how.

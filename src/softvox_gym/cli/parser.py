@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
+from softvox_gym.real_tracks import MOST_CYCLES
 from softvox_gym.realities import Reality, reality
 
 #: Negative numbers that argparse takes for options.
@@ -79,9 +80,22 @@ def cycles(text: str) -> tuple[float, float]:
     """Read after how many cycles robots are looked at: N, or REAL:SIMULATED."""
     parts = text.split(":")
     real, simulated = (number(part) for part in (parts * 2)[:2])
-    if len(parts) > 2 or not (real > 0 and simulated > 0):
-        raise argparse.ArgumentTypeError(f"must be N or REAL:SIMULATED, above 0, got {text}")
+    if len(parts) > 2 or not (0 < real <= MOST_CYCLES and 0 < simulated <= MOST_CYCLES):
+        raise argparse.ArgumentTypeError(
+            f"must be N or REAL:SIMULATED, above 0 and at most {MOST_CYCLES}, got {text}"
+        )
     return real, simulated
+
+
+def add_cycles(parser: Any) -> None:
+    """Add --cycles."""
+    parser.add_argument(
+        "--cycles",
+        type=cycles,
+        metavar="N",
+        help="after how many real and simulated robots are looked at, or REAL:SIMULATED, as 90:23 "
+        "(default: as many as the shortest run has)",
+    )
 
 
 def add_shape(parser: argparse.ArgumentParser) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from softvox_gym.cli.parser import add_cycles
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
 from softvox_gym.trials.database import read
@@ -16,8 +17,8 @@ from softvox_gym.trials.trial import Trial
 FILTERS = ("design", "source", "simulated_in", "surface", "powder", "who")
 
 
-def add_trials(parser: ArgumentParser, *, cycles: Callable[[str], Any], also: str = "") -> None:
-    """Add --trials, --cycles, read by a function of what is given, and the filters."""
+def add_trials(parser: ArgumentParser) -> None:
+    """Add --trials, --cycles and the filters."""
     group = parser.add_argument_group("trials", "of 2x2x2 designs, under the same conditions")
     group.add_argument(
         "--trials",
@@ -26,12 +27,7 @@ def add_trials(parser: ArgumentParser, *, cycles: Callable[[str], Any], also: st
         metavar="DIR",
         help="a folder of trials; may be given several times",
     )
-    group.add_argument(
-        "--cycles",
-        type=cycles,
-        metavar="N",
-        help=f"after which robots are looked at{also} (default: as many as the shortest run has)",
-    )
+    add_cycles(group)
     add_filters(group)
 
 
@@ -59,10 +55,16 @@ def trials_of(args: Namespace) -> list[Trial] | None:
             raise BadInputError(f"--{alone[0].replace('_', '-')} is of --trials; give it as well")
         return None
     with bad_input("--trials:"):
-        trials = chosen(read(*args.trials), args)
-        if not trials:
-            raise ValueError("no trial is of that kind; softvox trials list shows what there are")
-    return trials
+        return some_chosen(read(*args.trials), args)
+
+
+def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
+    """Return what `chosen` does; ValueError where that is none."""
+    if not (made := chosen(trials, args)):
+        raise ValueError(
+            f"none of the {len(trials)} trials is as the options say; softvox trials list shows all"
+        )
+    return made
 
 
 def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:

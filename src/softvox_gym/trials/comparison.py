@@ -6,23 +6,24 @@ it differ: every error is told beside that. docs/trials-compare.md defines the n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
-from math import ceil, floor
+from itertools import combinations, groupby
+from math import ceil, floor, sqrt
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softvox_gym import real_tracks
 from softvox_gym.design import Design, called
 from softvox_gym.landscapes.gap import pearson
 from softvox_gym.landscapes.robustness import kendall_tau
 from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import (
     LITTLE,
+    MOST_CYCLES,
     PER_CYCLE,
     WITHIN,
     Compared,
@@ -30,22 +31,18 @@ from softvox_gym.real_tracks import (
     heading,
     track_at,
 )
+from softvox_gym.real_tracks import compare as compare_tracks
 from softvox_gym.realities import PhysicsLike, Reality
+from softvox_gym.trials.measured import laid, pair
 from softvox_gym.trials.trial import Trial
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Robots are compared after at most so many cycles.
-MOST_CYCLES = 1000
-
 #: Of the cycles asked for: a film that ends no earlier before their end is taken to show it.
 SHORT = 0.02
 
-#: Points of each track that dynamic time warping matches.
-SAMPLES = 200
-
-#: Of the SRCC: designs that it takes; draws of its band, their seed, and the band's ends.
-LEAST, RESAMPLES, SEED, TAILS = 3, 2000, 2020, (0.025, 0.975)
+#: Points of each track that dynamic time warping matches; designs that a correlation takes.
+SAMPLES, LEAST = 200, 4
 
 #: What is told of two tracks: heading and places for people, "" for what is for programs only.
 ERRORS = {
@@ -61,7 +58,6 @@ ERRORS = {
 _SHOWN = {
     "design": ("design", ""),
     "trials": ("trials", ""),
-    "cycles_real": ("cycles", ".4g"),
     "distance_simulated": ("distance", ".2f"),
     "distance_real": ("real", ".2f"),
     "distance_real_spread": ("+-", ".2f"),
@@ -76,8 +72,8 @@ off: the angle between the two displacements, degrees; none where one is less th
 off: between the two ends. RMS: root of the mean squared distance at the same time. DTW: the mean
 distance of points that dynamic time warping matches. x: how many times what two trials of the
 design differ by; 1 is as good as another run of the same robot. SRCC: Pearson's correlation of
-simulated and real distance over designs (Kadian et al. 2020), in brackets its 95 % band by the
-bootstrap over designs; tau: Kendall's of the same.
+simulated and real distance over designs (Kadian et al. 2020), in brackets its 95 % band by Fisher's
+transformation; tau: Kendall's of the same.
 """
 
 
@@ -92,10 +88,13 @@ class Condition(NamedTuple):
     frequency_hz: float | None
 
     def __str__(self) -> str:
-        kpa, hz = self.pressure_kpa, self.frequency_hz
-        numbers = [f"{value:g} {unit}" for value, unit in ((kpa, "kPa"), (hz, "Hz")) if value]
-        source = f"{self.reality} (simulated)" if self.reality else self.source
-        return ", ".join(filter(None, [source, self.surface, self.powder, *numbers]))
+        units = zip(self[4:], ("kPa", "Hz"), strict=True)
+        return ", ".join(filter(None, [*self[:4], *(f"{x:g} {unit}" for x, unit in units if x)]))
+
+    @classmethod
+    def of(cls, trial: Trial) -> Condition:
+        """Return that of a trial."""
+        return cls(*(getattr(trial, name) for name in cls._fields))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,8 +103,6 @@ class Row:
 
     Parameters
     ----------
-    design : Design
-    condition : Condition
     trials : tuple of Trial
     cycles : (float, float)
         Of the real and of the simulated robot, after which they are compared.
@@ -115,12 +112,20 @@ class Row:
         The simulated one and that of each trial, in voxel widths; time is in simulated cycles.
     """
 
-    design: Design
-    condition: Condition
     trials: tuple[Trial, ...]
     cycles: tuple[float, float]
     diverged: bool
     tracks: tuple[RealTrack, ...]
+
+    @property
+    def design(self) -> Design:
+        """Of all the trials."""
+        return self.trials[0].design
+
+    @property
+    def condition(self) -> Condition:
+        """Of all the trials."""
+        return Condition.of(self.trials[0])
 
     @cached_property
     def compared(self) -> tuple[Compared, ...]:
@@ -149,7 +154,9 @@ class Row:
             held = _compared(self.tracks[i], self.tracks[j])
             off = abs(held.distance_real - held.distance_simulated)
             faster = float(abs(self.speeds[i] - self.speeds[j]))
-            matched = warped(*(_resampled(self.tracks[k]) for k in (i, j)))
+            times = np.linspace(0.0, float(self.tracks[i].cycle[-1]), SAMPLES)
+            both = (self.tracks[k] for k in (i, j))
+            matched = warped(*(track_at(times, one.cycle, one.position) for one in both))
             rows.append((off, held.angle, held.end_point_error, faster, held.rms_error, matched))
         return np.array(rows).reshape(len(rows), len(ERRORS))
 
@@ -194,42 +201,28 @@ class Comparison:
         For every design and condition, by condition and then by design.
     world : Reality
         The simulator.
-    about_cycles : str
-        Which cycles are compared, in words.
     left_out : tuple of Trial
-        Those that are shorter.
+        Those that are shorter than was asked for.
     """
 
     rows: tuple[Row, ...]
     world: Reality
-    about_cycles: str
     left_out: tuple[Trial, ...]
 
     def __repr__(self) -> str:
         trials = sum(len(row.trials) for row in self.rows)
         return f"Comparison({len(self.rows)} rows, {trials} trials, against {self.world.name})"
 
-    @property
-    def conditions(self) -> tuple[Condition, ...]:
-        """Those that there are rows of."""
-        return tuple(dict.fromkeys(row.condition for row in self.rows))
+    @cached_property
+    def conditions(self) -> dict[Condition, Section]:
+        """The table of each condition, and as its facts what holds over all its designs."""
+        groups = groupby(self.rows, key=lambda row: row.condition)
+        return {condition: _section(list(rows)) for condition, rows in groups}
 
-    @property
-    def summary(self) -> dict[Condition, Mapping[str, Any]]:
-        """What holds over the designs of every condition; None for what there is not."""
-        return {condition: self.section(condition).facts for condition in self.conditions}
-
-    def section(self, condition: Condition | None = None) -> Section:
-        """Return the table of a condition, with its summary, or of all."""
-        records = [row.record() for row in self.rows if condition in (None, row.condition)]
-        return Section(
-            title=str(condition or ""),
-            note=MEANING,
-            columns=[_column(name) for name in records[0]],
-            rows=[tuple(record.values()) for record in records],
-            facts=_summary(records) if condition else {},
-            sentence="{words}" if condition else "",
-        )
+    def section(self) -> Section:
+        """Return the table of all conditions."""
+        tables = list(self.conditions.values())
+        return replace(tables[0], rows=[row for table in tables for row in table.rows])
 
 
 def compare(
@@ -248,10 +241,10 @@ def compare(
     physics : str, dict, Physics or Reality
         The simulator, but for the duration. What the trials say of their condition changes nothing
         of it.
-    cycles : float, (float, float) or str, optional
+    cycles : float or (float, float), optional
         After which both are compared, or those of the real and of the simulated robots, as the
-        paper's (90, 23) or "90:23": the time of the real track is then mapped onto that of the
-        simulated one. Where None, those of the shortest trial of the design under the condition.
+        paper's (90, 23): the time of the real track is then mapped onto that of the simulated one.
+        Where None, those of the shortest trial under the condition.
     **options
         Threads and progress, as `softvox_gym.simulate` takes them.
 
@@ -296,55 +289,36 @@ def compare(
         raise ValueError("there are no trials to compare; give one at least")
     world = Reality.of(physics)
     world = replace(world, name=physics) if isinstance(physics, str) else world
-    asked = cycles_of(cycles)
-    kept = [one for one in given if asked is None or _end(one) >= (1 - SHORT) * asked[0]]
+    asked = None if cycles is None else pair(cycles)
+    least = (1 - SHORT) * asked[0] if asked else 0.0
+    trials = sorted(set(given), key=_order)
+    kept = [trial for trial in trials if _end(trial) >= least]
     if asked and not kept:
         raise ValueError(
             f"no trial has {asked[0]:g} cycles: the longest has {max(map(_end, given)):g}; give "
             "fewer cycles"
         )
-    groups: dict[tuple[Condition, Design], list[Trial]] = {}
-    for trial in sorted(kept, key=_order):
-        groups.setdefault((_condition(trial), trial.design), []).append(trial)
-    over = {key: asked or (min(map(_end, own)),) * 2 for key, own in groups.items()}
-    last: dict[Design, float] = {}
-    for (_, design), (_, own) in over.items():
-        last[design] = max(own, last.get(design, 0.0))
-    if max(last.values()) > MOST_CYCLES:
+    over = {
+        condition: asked or (min(map(_end, own)),) * 2
+        for condition, own in groupby(kept, key=Condition.of)
+    }
+    last = max(simulated for _, simulated in over.values())
+    if last > MOST_CYCLES:
         raise ValueError(
-            f"a trial goes on for {max(last.values()):g} cycles, and at most {MOST_CYCLES} are "
-            "simulated; give cycles"
+            f"a trial goes on for {last:g} cycles, and at most {MOST_CYCLES} are simulated; give "
+            "cycles"
         )
-    simulated = _simulated(last, world, **options)
+    simulated = _simulated(dict.fromkeys(one.design for one in kept), world, last, **options)
     return Comparison(
-        rows=tuple(_row(*key, own, over[key], simulated[key[1]]) for key, own in groups.items()),
+        rows=tuple(
+            _row(tuple(own), over[condition], simulated[design])
+            for (condition, design), own in groupby(
+                kept, lambda one: (Condition.of(one), one.design)
+            )
+        ),
         world=world,
-        about_cycles=_about(asked),
-        left_out=tuple(set(given) - set(kept)),
+        left_out=tuple(trial for trial in trials if _end(trial) < least),
     )
-
-
-def cycles_of(cycles: ArrayLike | None) -> tuple[float, float] | None:
-    """Return the cycles of the real and of the simulated robots, of 23, (90, 23) or "90:23".
-
-    Raises
-    ------
-    ValueError
-        For anything else but None.
-    """
-    if cycles is None:
-        return None
-    parts = cycles.split(":") if isinstance(cycles, str) else np.ravel(cycles).tolist()
-    try:
-        real, simulated = map(float, parts * (3 - len(parts)))
-    except (TypeError, ValueError):
-        real = simulated = 0.0
-    if not all(1 <= value <= MOST_CYCLES for value in (real, simulated)):
-        raise ValueError(
-            f"cycles must be a number from 1 to {MOST_CYCLES}, or two for the real and the "
-            f"simulated robots, as 90:23; got {str(cycles)[:40]!r}"
-        )
-    return real, simulated
 
 
 def warped(first: Array, second: Array) -> float:
@@ -384,26 +358,21 @@ def speed(track: RealTrack, cycles: float) -> float:
     return float(np.hypot(*steps.T).mean()) if whole else float("nan")
 
 
-def _condition(trial: Trial) -> Condition:
-    return Condition(*(getattr(trial, name) for name in Condition._fields))
-
-
 def _end(trial: Trial) -> float:
     return float(trial.cycle[-1])
 
 
 def _order(trial: Trial) -> tuple[Any, ...]:
-    design = trial.design
+    design, condition = trial.design, Condition.of(trial)
     run = trial.date, trial.who, trial.repetition, trial.digest
-    return str(_condition(trial)), tuple(design.shape), design.lattice.phases, design.index, *run
-
-
-def _about(asked: tuple[float, float] | None) -> str:
-    if asked is None:
-        return "each design over the cycles of its shortest trial, real and simulated alike"
-    if asked[0] == asked[1]:
-        return f"{asked[0]:g} cycles, real and simulated alike"
-    return f"{asked[0]:g} real cycles laid over {asked[1]:g} simulated ones"
+    return (
+        str(condition),
+        repr(condition),
+        tuple(design.shape),
+        design.lattice.phases,
+        design.index,
+        *run,
+    )
 
 
 def _samples(cycles: float) -> int:
@@ -412,64 +381,36 @@ def _samples(cycles: float) -> int:
 
 
 def _simulated(
-    last: Mapping[Design, float], world: Reality, **options: Any
-) -> dict[Design, RealTrack]:
-    """Return how designs move in a world for at least so many cycles, one batch per lattice."""
-    made: dict[Design, RealTrack] = {}
-    for lattice in dict.fromkeys(design.lattice for design in last):
-        designs = [design for design in last if design.lattice == lattice]
-        samples = max(_samples(last[design]) for design in designs)
-        lasting = replace(world, physics=world.physics.lasting(samples / PER_CYCLE))
-        track = lasting.simulate(designs, track=PER_CYCLE, **options).track
+    designs: Iterable[Design], world: Reality, cycles: float, **options: Any
+) -> dict[Design, Array]:
+    """Return the tracks of designs in a world for so many cycles, one batch per lattice."""
+    made: dict[Design, Array] = {}
+    lasting = replace(world, physics=world.physics.lasting(_samples(cycles) / PER_CYCLE))
+    lattices: dict[Lattice, list[Design]] = {}
+    for design in designs:
+        lattices.setdefault(design.lattice, []).append(design)
+    for batch in lattices.values():
+        track = lasting.simulate(batch, track=PER_CYCLE, **options).track
         assert track is not None
-        cycle = np.arange(track.shape[1]) / PER_CYCLE
-        for design, own in zip(designs, track, strict=True):
-            made[design] = RealTrack(design.index, "simulated", cycle, own[:, :2])
+        made |= zip(batch, track[..., :2], strict=True)
     return made
 
 
-def _row(
-    condition: Condition,
-    design: Design,
-    trials: Sequence[Trial],
-    cycles: tuple[float, float],
-    simulated: RealTrack,
-) -> Row:
-    real, own = cycles
-    first = _cut(simulated, own, own)
-    if diverged := not np.isfinite(first.position).all():
-        first = replace(first, position=np.zeros_like(first.position))
-    tracks = [
-        RealTrack(design.index, str(one.repetition), one.cycle, one.position / one.voxel_cm)
-        for one in trials
-    ]
-    return Row(
-        design=design,
-        condition=condition,
-        trials=tuple(trials),
-        cycles=cycles,
-        diverged=diverged,
-        tracks=(first, *(_cut(track, real, own) for track in tracks)),
-    )
-
-
-def _cut(track: RealTrack, cycles: float, onto: float) -> RealTrack:
-    """Return a track up to a cycle, its time mapped; what ends before stays where it is."""
-    times = np.append(track.cycle[track.cycle < cycles], cycles)
-    position = track_at(times, track.cycle, track.position)
-    return replace(track, cycle=np.append(times[:-1] * (onto / cycles), onto), position=position)
+def _row(trials: tuple[Trial, ...], cycles: tuple[float, float], simulated: Array) -> Row:
+    times = np.minimum(np.arange(_samples(cycles[1]) + 1) / PER_CYCLE, cycles[1])
+    first = track_at(times, np.arange(len(simulated)) / PER_CYCLE, simulated)
+    if diverged := not np.isfinite(first).all():
+        first = np.zeros_like(first)
+    own = RealTrack(trials[0].design.index, "simulated", times, first)
+    real = (replace(laid(trial, cycles), trial=str(trial.repetition)) for trial in trials)
+    return Row(trials=trials, cycles=cycles, diverged=diverged, tracks=(own, *real))
 
 
 def _compared(first: RealTrack, second: RealTrack) -> Compared:
     """Hold a track against another one that lasts as long."""
     grid = np.arange(_samples(float(first.cycle[-1])) + 1) / PER_CYCLE
     other = track_at(grid, second.cycle, second.position)
-    return real_tracks.compare(first, other, PER_CYCLE)
-
-
-def _resampled(track: RealTrack) -> Array:
-    times = np.linspace(0.0, float(track.cycle[-1]), SAMPLES)
-    return track_at(times, track.cycle, track.position)
+    return compare_tracks(first, other, PER_CYCLE)
 
 
 def _mean(values: Array) -> float | None:
@@ -483,50 +424,72 @@ def _spread(values: Array) -> float | None:
     return float(known.std(ddof=1)) if known.size > 1 else None
 
 
-def _summary(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what holds over the designs of a condition, and all of it in words."""
+def _section(rows: Sequence[Row]) -> Section:
+    """Return the table of a condition, and what holds over its designs."""
+    records = [row.record() for row in rows]
     simulated, real, errors, multiples = (
         np.array([record[name] for record in records], dtype=np.float64)
         for name in ("distance_simulated", "distance_real", "heading_error", "rms_error_multiple")
     )
-    angles, n = errors[np.isfinite(errors)], len(records)
-    srcc, reason = dict.fromkeys(("srcc", "srcc_low", "srcc_high", "tau")), ""
-    if n < LEAST:
-        reason = f"No SRCC: it takes {LEAST} designs, and there are {n}."
-    elif np.ptp(simulated) == 0 or np.ptp(real) == 0:
-        reason = "No SRCC: all designs go equally far."
-    else:
-        drawn = np.random.default_rng(SEED).integers(n, size=(RESAMPLES, n))
-        band = np.nanquantile(pearson(simulated[drawn], real[drawn]), TAILS)
-        values = (pearson(simulated, real), *band, kendall_tau(simulated, real))
-        srcc = dict(zip(srcc, np.clip(values, -1, 1).tolist(), strict=True))  # rounding aside
-        reason = (
-            "SRCC {:.2f} ({:.2f} to {:.2f}), tau {:.2f}, ".format(*srcc.values())
-            + f"over {n} designs."
-        )
-    within, turned = int((angles <= WITHIN).sum()), int((angles > 90).sum())
-    multiple = float(np.nanmedian(multiples)) if np.isfinite(multiples).any() else None
-    headings = (
-        f"{within} of {len(angles)} headings within {WITHIN} degrees, {turned} turned by more than "
-        "90."
-        if len(angles)
-        else "No design has a heading in both worlds."
-    )
-    usual = (
-        "No design has two trials that differ, so nothing says how large these errors are."
-        if multiple is None
-        else f"RMS errors are {multiple:.1f} times what trials of a design differ by (median)."
-    )
-    return {
-        "designs": n,
+    angles, usual = errors[np.isfinite(errors)], multiples[np.isfinite(multiples)]
+    found = _correlation(simulated, real)
+    facts = {
+        "cycles": _about(rows),
+        "designs": len(records),
         "trials": sum(record["trials"] for record in records),
-        **srcc,
+        **found,
         "with_heading": len(angles),
-        "within_45": within,
-        "turned": turned,
-        "rms_multiple": multiple,
-        "words": f"{reason} {headings}\n{usual}",
+        "within_45": int((angles <= WITHIN).sum()),
+        "turned": int((angles > 90).sum()),
+        "rms_multiple": float(np.median(usual)) if usual.size else None,
     }
+    told = [
+        f"No SRCC: it takes {LEAST} designs that do not all go equally far."
+        if found["srcc"] is None
+        else "SRCC {srcc:.2f} ({srcc_low:.2f} to {srcc_high:.2f}), tau {tau:.2f}, over {designs} "
+        "designs.",
+        f"{{within_45}} of {{with_heading}} headings within {WITHIN} degrees, {{turned}} turned by "
+        "more than 90."
+        if angles.size
+        else "No design has a heading in both worlds.",
+        "\nRMS errors are {rms_multiple:.1f} times what trials of a design differ by (median)."
+        if usual.size
+        else "\nNo design has two trials that differ, so nothing says how large these errors are.",
+    ]
+    return Section(
+        title=str(rows[0].condition),
+        note=MEANING,
+        columns=[_column(name) for name in records[0]],
+        rows=[tuple(record.values()) for record in records],
+        facts=facts | {"words": " ".join(told).replace(" \n", "\n").format_map(facts)},
+        sentence="{words}",
+    )
+
+
+def _about(rows: Sequence[Row]) -> str:
+    """Return which cycles of a condition are compared, in words."""
+    real, simulated = rows[0].cycles
+    if real != simulated:
+        return f"{real:g} real cycles laid over {simulated:g} simulated ones"
+    ends = {_end(trial): called(row.design) for row in rows for trial in row.trials}
+    words = f"{real:g} cycles, real and simulated alike"
+    if max(ends) > real and real in ends:
+        words += (
+            f", as the shortest trial, of design {ends[real]}, has; the longest has {max(ends):g}"
+        )
+    return words
+
+
+def _correlation(simulated: Array, real: Array) -> dict[str, float | None]:
+    """Return Pearson's correlation with Fisher's band, and Kendall's; None where there is none."""
+    values: Iterable[float | None] = [None] * 4
+    if len(real) >= LEAST and np.ptp(simulated) > 0 and np.ptp(real) > 0:
+        srcc = np.clip(pearson(simulated, real), -1, 1)  # rounding aside
+        half = 1.96 / sqrt(len(real) - 3)
+        with np.errstate(divide="ignore"):  # a correlation of 1 has no band
+            band = np.tanh(np.arctanh(srcc) + np.array([-half, half]))
+        values = map(float, (srcc, *band, kendall_tau(simulated, real)))
+    return dict(zip(("srcc", "srcc_low", "srcc_high", "tau"), values, strict=True))
 
 
 def _column(name: str) -> Column:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import ceil
 from typing import Any, NoReturn
@@ -17,7 +17,7 @@ from softvox_gym.landscapes.analysis.graph import read_only
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Trials, not_negative
 from softvox_gym.physics import Physics
-from softvox_gym.real_tracks import RealTrack, track_at
+from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import Result
 from softvox_gym.trials.trial import Trial
@@ -29,11 +29,11 @@ LATTICE = Lattice()
 #: In which trials may not differ that are one reality.
 CONDITIONS = ("source", "reality", "surface", "powder", "pressure_kpa", "frequency_hz")
 
+#: Cycles of two durations that are the same but for the last digits.
+EXACT = 1e-3
+
 #: Designs and runs that an error names.
 NAMED = 9
-
-#: Over no more are robots looked at: so many are simulated as well.
-MOST_CYCLES = 1000
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class MeasuredReality(Reality):
             "measured": trials,
             "cycles": float(self.cycles),
             "physics": self.nominal,
-            "about": _about(trials, self.cycles),
+            "about": _about(trials, self.cycles, self.simulated_cycles),
         }
         for name, value in changed.items():
             object.__setattr__(self, name, value)
@@ -128,19 +128,25 @@ class MeasuredReality(Reality):
             made[design] = np.sqrt(np.square(ends - ends.mean(axis=0)).sum(axis=1).mean())
         return read_only(made)
 
+    @property
+    def simulated_cycles(self) -> float:
+        """Of actuation, over which simulated robots are looked at."""
+        own = float(self.nominal.cycles)
+        return self.cycles if abs(own - self.cycles) < EXACT else own
+
+    def against(self, physics: Physics) -> MeasuredReality:
+        """Return it held against another simulator, over as many cycles."""
+        return replace(self, nominal=for_cycles(physics, self.simulated_cycles))
+
     @cached_property
     def tracks(self) -> tuple[RealTrack, ...]:
         """Of every run over the cycles of the reality, in cm of robots as large as the nominal.
 
-        A trial is called by the first twelve digits of its digest, with which its file's name
-        begins.
+        Time is in simulated cycles. A trial is called by the first twelve digits of its digest,
+        with which its file's name begins.
         """
-        made = []
-        for trial in self.measured:
-            cycle = np.append(trial.cycle[trial.cycle < self.cycles], self.cycles)
-            position = track_at(cycle, trial.cycle, trial.position) / trial.voxel_cm * self._edge_cm
-            made.append(RealTrack(trial.design.index, trial.digest[:12], cycle, position))
-        return tuple(made)
+        cycles = self.cycles, self.simulated_cycles
+        return tuple(laid(trial, cycles, edge_cm=self._edge_cm) for trial in self.measured)
 
     def mean_track(self, design: int, per_cycle: int) -> Array:
         """Return the mean track of a design's runs, voxel widths, shape (samples, 3); z is 0.
@@ -153,8 +159,8 @@ class MeasuredReality(Reality):
             For a design that nobody measured.
         """
         self.check_measured(design)
-        samples = ceil(round(self.cycles * per_cycle, 6)) + 1
-        times = np.minimum(np.arange(samples) / per_cycle, self.cycles)
+        samples = ceil(round(self.simulated_cycles * per_cycle, 6)) + 1
+        times = np.minimum(np.arange(samples) / per_cycle, self.simulated_cycles)
         own = [one for one in self.tracks if one.design == design]
         mean = np.mean([track_at(times, one.cycle, one.position) for one in own], axis=0)
         return np.column_stack([mean / self._edge_cm, np.zeros(samples)])
@@ -214,8 +220,8 @@ def from_trials(
     trials: Iterable[Trial],
     *,
     name: str = "trials",
-    nominal: PhysicsLike | None = None,
-    cycles: float | None = None,
+    nominal: PhysicsLike = "published",
+    cycles: ArrayLike | None = None,
 ) -> MeasuredReality:
     """Return what trials of 2x2x2 designs show as a reality; also `Reality.from_trials`.
 
@@ -225,13 +231,12 @@ def from_trials(
         As `softvox_gym.trials.read` reads them; all of one surface, powder, pressure and frequency,
         and all measured or all simulated in one reality. Several runs of a design are averaged.
     name : str
-    nominal : str, dict or Physics, optional
-        The simulator that it is held against, over its own cycles: that 90 real ones are laid over
-        23 simulated ones is said by ``nominal=Physics.published().lasting(23)``. Where None, the
-        published one for as many cycles as the robots.
-    cycles : float, optional
-        Of actuation, after which every robot is looked at: distances are comparable after equal
-        numbers alone. Where None, as many as the shortest run has; at most 1000.
+    nominal : str, dict or Physics
+        The simulator that it is held against, but for the duration.
+    cycles : float or (float, float), optional
+        Of actuation, after which every robot, real or simulated, is looked at, at most 1000; or
+        those of the real and of the simulated robots, as (90, 23): distances are comparable after
+        equal numbers alone. Where None, as many as the shortest run has.
 
     Returns
     -------
@@ -256,28 +261,60 @@ def from_trials(
     '2 runs of 1 design, after 30 cycles on acrylic, simulated in reversal'
     """
     made = _checked(trials)
-    if cycles is None:
-        cycles = min(float(trial.cycle[-1]) for trial in made)
-    cycles = not_negative("cycles", cycles)
+    shortest = min(float(trial.cycle[-1]) for trial in made)
+    real, simulated = (shortest, shortest) if cycles is None else pair(cycles)
     return MeasuredReality(
         name,
         source=", ".join(sorted({trial.who for trial in made})),
-        nominal=published_for(cycles) if nominal is None else single_physics(nominal),
+        nominal=for_cycles(single_physics(nominal), simulated),
         measured=made,
-        cycles=cycles,
+        cycles=real,
     )
 
 
 Reality.from_trials = staticmethod(from_trials)
 
 
-def published_for(cycles: float) -> Physics:
-    """Return the published physics for so many cycles.
+def pair(cycles: ArrayLike) -> tuple[float, float]:
+    """Return the cycles of the real and of the simulated robots, of 23 or (90, 23).
 
-    It is as it is for 15, which it lasts but for the last digits: that landscape ships.
+    Raises
+    ------
+    ValueError
+        For anything else.
     """
-    physics = Physics.published()
-    return physics if abs(cycles - float(physics.cycles)) < 1e-3 else physics.lasting(cycles)
+    try:
+        real, simulated = np.broadcast_to(np.asarray(cycles, dtype=float), 2).tolist()
+    except (TypeError, ValueError):
+        real = simulated = 0.0
+    if not all(0 < value <= MOST_CYCLES for value in (real, simulated)):
+        raise ValueError(
+            f"cycles must be a number above 0 and at most {MOST_CYCLES}, or two, of the real and "
+            f"of the simulated robots, as (90, 23); got {str(cycles)[:40]}"
+        )
+    return real, simulated
+
+
+def for_cycles(physics: Physics, cycles: float) -> Physics:
+    """Return a physics for so many cycles.
+
+    The published one is as it is for 15, which it lasts but for the last digits: that landscape
+    ships.
+    """
+    return physics if abs(cycles - float(physics.cycles)) < EXACT else physics.lasting(cycles)
+
+
+def laid(trial: Trial, cycles: tuple[float, float], *, edge_cm: float = 1.0) -> RealTrack:
+    """Return a trial as a track in cm of robots whose voxels are so wide, over simulated cycles.
+
+    The first of the cycles, the real ones, are mapped onto the second. What ends before them stays
+    where it is.
+    """
+    real, simulated = cycles
+    times = np.append(trial.cycle[trial.cycle < real], real)
+    position = track_at(times, trial.cycle, trial.position) / trial.voxel_cm * edge_cm
+    cycle = np.append(times[:-1] * (simulated / real), simulated)
+    return RealTrack(trial.design.index, trial.digest[:12], cycle, position)
 
 
 def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
@@ -308,13 +345,14 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
 
 
-def _about(trials: Sequence[Trial], cycles: float) -> str:
+def _about(trials: Sequence[Trial], cycles: float, simulated: float) -> str:
     one, runs, designs = trials[0], len(trials), len({trial.design for trial in trials})
     where = f"{one.surface} with {one.powder}" if one.powder else one.surface
     world = f" in {one.reality}" if one.reality else ""
+    over = f" laid over {simulated:g} simulated ones" if simulated != cycles else ""
     return (
         f"{runs} run{'s' * (runs > 1)} of {designs} design{'s' * (designs > 1)}, "
-        f"after {cycles:g} cycles on {where}, {one.source}{world}"
+        f"after {cycles:g} cycles{over} on {where}, {one.source}{world}"
     )
 
 

@@ -6,7 +6,6 @@ import json
 import math
 import sys
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -20,7 +19,7 @@ from softvox_gym.calibration import (
     known_of,
     tracks_of,
 )
-from softvox_gym.cli.parser import add_physics, add_threads, number, physics_of
+from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.cli.trials import add_trials, trials_of
@@ -30,9 +29,9 @@ from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
-from softvox_gym.real_tracks import LITTLE, WITHIN, RealTrack, heading, read_tracks
+from softvox_gym.real_tracks import LITTLE, MOST_CYCLES, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
-from softvox_gym.trials.measured import MOST_CYCLES, MeasuredReality
+from softvox_gym.trials.measured import MeasuredReality
 from softvox_view.cli.options import import_figures
 
 #: Points that people see.
@@ -97,7 +96,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
-    add_trials(parser, cycles=number)
+    add_trials(parser)
     add_threads(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
@@ -175,7 +174,7 @@ def _take_known(args: Namespace, where: Reality | None) -> dict[str, Any]:
 
 def _tracks(args: Namespace, where: Reality | None, physics: Physics) -> tuple[RealTrack, ...]:
     if isinstance(where, MeasuredReality):
-        return replace(where, nominal=physics).tracks
+        return where.against(physics).tracks
     if where is None:
         with bad_input("--tracks"):
             return read_tracks(args.tracks, most_cycles=MOST_CYCLES)

@@ -72,12 +72,14 @@ def best_of_bodies() -> tuple[Design, ...]:
 
 @lru_cache(maxsize=512)
 def picture(design: Design, size: int) -> NDArray[np.uint8]:
-    """Return a picture of a design of the 2x2x2 lattice as built, so many pixels along a side.
+    """Return a picture of a design as built, so many pixels along a side.
 
-    Read-only. All are seen from the same place, so that sites can be compared.
+    Read-only. All of a lattice are seen from the same place, so that sites can be compared.
     """
+    look_at = (np.multiply(MIDDLE, design.shape) / 2).tolist()
+    distance = DISTANCE * max(design.shape) / 2
     made: NDArray[Any] = render(
-        rest_pose(design.array), width=size, height=size, look_at=MIDDLE, distance=DISTANCE
+        rest_pose(design.array), width=size, height=size, look_at=look_at, distance=distance
     )
     made.flags.writeable = False
     return made

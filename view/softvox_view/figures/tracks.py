@@ -242,11 +242,12 @@ def tipping_cycles(result: Result) -> list[int]:
 
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     """Draw a page; a panel that needs more than half a side has a scale of its own."""
-    rows = -(-len(panels) // ACROSS)
+    across = min(ACROSS, len(panels))
+    rows = -(-len(panels) // across)
     is_compared = any(panel.real for panel in panels)
     height = rows * ROW + FOOT + (2 if is_compared else 1) * LEGEND
     made = style.figure(style.WIDTH, height, layout="compressed")
-    axes = list(made.subplots(rows, ACROSS, squeeze=False).flat)
+    axes = list(made.subplots(rows, across, squeeze=False).flat)
     for axis in axes[len(panels) :]:
         axis.remove()
     cycles = max(panel.cycle[-1] for panel in panels)
@@ -256,7 +257,8 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
         line = _tracks(axis, panel, cycles)
         words.append(_frame(axis, panel, own, has_own_scale=own > half))
     made.supxlabel(f"x, {panels[0].unit}")
-    made.supylabel(f"y, {panels[0].unit}")
+    ylabel = made.supylabel if across == ACROSS else axes[0].set_ylabel
+    ylabel(f"y, {panels[0].unit}")
     bar = made.colorbar(line, ax=axes[: len(panels)], pad=0.02, aspect=40, shrink=0.8)
     bar.set_label("time, cycles of actuation")
     title = [FITNESS_ABOVE] if panels[0].fitness else []
@@ -280,7 +282,8 @@ def _handles(panels: Sequence[Panel]) -> list[Line2D]:
         handles.append(style.line("falls on another side", **_TIPPED))
     if any(panel.real for panel in panels):
         handles.append(style.line("real, with its trial", marker="s", ms=3.5, **_REAL))
-        handles.append(style.line(f"every {MARKED} cycles", mfc="none", **_TIME))
+        if max(panel.cycle[-1] for panel in panels) > MARKED:
+            handles.append(style.line(f"every {MARKED} cycles", mfc="none", **_TIME))
     return handles
 
 

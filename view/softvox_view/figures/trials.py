@@ -2,42 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.lines import Line2D
 
-from softvox_gym.design import called
-from softvox_gym.real_tracks import LITTLE, PER_CYCLE, WITHIN, short, track_at
-from softvox_gym.trials.comparison import MEANING, Comparison, Row
+from softvox_gym.real_tracks import LITTLE, WITHIN, short
+from softvox_gym.trials.comparison import MEANING, Comparison, Condition
 from softvox_search.report.style import COLOURS, grid
 from softvox_view.figures import labels, style
 from softvox_view.figures.tracks import MOST_MORE, NAMES, Panel, half_side, paged
 
-Array = NDArray[np.float64]
+#: Columns of a condition's table, and its facts, by name.
+Numbers: TypeAlias = Mapping[str, Any]
 
-#: Designs whose numbers stand beside their distances; those in a row of headings, those of them
-#: whose numbers need not be turned, and rows on a page.
-NAMED, ACROSS, MOST_FLAT, DOWN = 16, 40, 12, 4
+#: Designs whose numbers stand in a panel. Heights of a panel, as `grid` takes them, of several and
+#: of a single one; half of the share of its side that a mark takes.
+NAMED, SQUARE, ALONE, MARK = 16, 1.8, 2.6, 0.02
 
-#: Inches of a row of headings, and of what is around them; heights of a panel of distances, as
-#: `grid` takes them, of several and of a single one; half of the share of its side of a mark.
-ROW, FRAME, SQUARE, ALONE, MARK = 2.0, 0.6, 1.8, 2.6, 0.02
-
-#: By so much the tracks' scale may be coarser than the simulated ones need.
-MOST_TIMES = 3
-
-#: What figures say of a condition, characters at most: across the page, above a panel of
-#: distances, and above one of so many that they are small and have no numbers.
-WIDE, NARROW, LEAST, MANY = 60, 36, 22, 4
+#: Characters of a condition above a panel, at most; and above one of so many that they are small,
+#: and have no numbers.
+WIDE, NARROW, MANY = 36, 22, 4
 
 MEANS = "against the simulated: mean of trials, standard deviation"
-
-_SRCC = "SRCC {srcc:.2f} ({srcc_low:.2f} to {srcc_high:.2f})"
-_ENDS = ("", "_spread", "_repeatability")
 
 _BAR: dict[str, Any] = {"ls": "none", "mec": "white", "elinewidth": 0.7, "capsize": 1.5}
 _BAR |= {"ms": 4, "mew": 0.5}
@@ -81,142 +72,132 @@ def draw_comparison(comparison: Comparison) -> dict[str, Figure]:
             f"designs under their conditions are {rows}, and at most {MOST_MORE} have room in the "
             "figures; choose some of them"
         )
+    marks = _marks(comparison)
     panels = [
-        _panel(name, row, _mark(comparison, row))
+        Panel(
+            f"{name} {marks[row.condition]}".strip(),
+            row.design,
+            fitness="",
+            tipped=0,
+            simulated=row.tracks[0].position,
+            real=list(row.tracks[1:]),
+            compared=list(row.compared),
+            unit="voxel widths",
+        )
         for name, row in zip(NAMES, comparison.rows, strict=False)
     ]
-    # All real tracks have room at one scale, unless some go far beyond the simulated ones.
-    half = min(
-        max(half_side(panel.points) for panel in panels),
-        MOST_TIMES * max(half_side(panel.simulated) for panel in panels),
-    )
     with style.style():
         return {
-            **paged("tracks", panels, half=half),
+            **paged("tracks", panels, half=max(half_side(panel.points) for panel in panels)),
             "distances": draw_distances(comparison),
-            **draw_headings(comparison),
+            "headings": draw_headings(comparison),
         }
 
 
-def _mark(comparison: Comparison, row: Row) -> str:
-    """Return which condition a row has, where there are several."""
+def _marks(comparison: Comparison) -> dict[Condition, str]:
+    """Return what tells conditions apart, where there are several."""
     conditions = comparison.conditions
-    return f" ({1 + conditions.index(row.condition)})" if len(conditions) > 1 else ""
+    return {one: f"({i})" * (len(conditions) > 1) for i, one in enumerate(conditions, start=1)}
 
 
-def _panel(name: str, row: Row, mark: str) -> Panel:
-    simulated, *real = row.tracks
-    times = np.arange(max(1, np.ceil(simulated.cycle[-1] * PER_CYCLE - 1e-6)) + 1) / PER_CYCLE
-    walked = track_at(times, simulated.cycle, simulated.position)
-    unit = "voxel widths"
-    return Panel(name + mark, row.design, "", 0, walked, real, list(row.compared), unit)
+def _panels(
+    comparison: Comparison,
+    draw: Callable[[Axes, Numbers], str],
+    handles: Sequence[Line2D],
+    xlabel: str,
+    ylabel: str,
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure of a panel per condition; what draws them returns more of their titles."""
+    conditions, marks = comparison.conditions, _marks(comparison)
+    made, axes = grid(
+        len(conditions), height=SQUARE if len(conditions) > 1 else ALONE, is_shared=False
+    )
+    width = NARROW if len(axes) >= MANY else WIDE
+    for axis, (condition, section) in zip(axes, conditions.items(), strict=True):
+        columns = zip(section.columns, zip(*section.rows, strict=True), strict=True)
+        numbers = {column.key: values for column, values in columns} | dict(section.facts)
+        title = f"{marks[condition]} {short(str(condition), width)}".strip()
+        looks: dict[str, Any] = {"loc": "left", "size": style.SMALL, "parse_math": False}
+        axis.set_title(title + draw(axis, numbers), **looks)
+    made.legend(handles=handles, loc="outside upper center", ncols=1 + (len(axes) > 2))
+    if len(axes) > 1:
+        made.supxlabel(xlabel)
+        made.supylabel(ylabel)
+    else:
+        axes[0].set(xlabel=xlabel, ylabel=ylabel)
+    return made, axes
 
 
 def draw_distances(comparison: Comparison) -> Figure:
     """Draw the real distance of every design against the simulated one, a panel per condition."""
-    n = len(comparison.conditions)
-    made, axes = grid(n, height=SQUARE if n > 1 else ALONE, is_shared=False)
-    words, width = [], NARROW if len(axes) < MANY else LEAST
-    for i, (axis, (condition, facts)) in enumerate(
-        zip(axes, comparison.summary.items(), strict=True)
-    ):
-        rows = [row for row in comparison.rows if row.condition == condition]
-        points, spread = _columns(
-            rows, ("distance_simulated", "distance_real"), ("distance_real_spread",)
-        )
+    words = []
+
+    def draw(axis: Axes, numbers: Numbers) -> str:
+        points = np.transpose([numbers["distance_simulated"], numbers["distance_real"]])
+        spread = np.array(numbers["distance_real_spread"], dtype=float)
         bars = np.nan_to_num(spread)
-        end = 1.08 * max(points[:, 0].max(), (points[:, 1] + bars[:, 0]).max(), LITTLE)
+        end = 1.08 * max(points[:, 0].max(), (points[:, 1] + bars).max(), LITTLE)
         start = -0.04 * end
         axis.plot((start, end), (start, end), **_SAME)
-        axis.errorbar(points[:, 0], points[:, 1], yerr=spread[:, 0], **_DOT, **_BAR)
+        axis.errorbar(points[:, 0], points[:, 1], yerr=spread, **_DOT, **_BAR)
         axis.set(xlim=(start, end), ylim=(start, end), box_aspect=1)
         axis.locator_params(nbins=5)
-        srcc = "no SRCC" if facts["srcc"] is None else _SRCC.format_map(facts)
-        axis.set_title(f"{_named(comparison, i, width)}\n{srcc}", loc="left", size=style.SMALL)
         places = (points - start) / (end - start)
-        high = np.hstack([np.zeros_like(bars), bars]) / (end - start)
-        words.append((rows, places, np.hstack([places - high - MARK, places + high + MARK])))
-    made.supxlabel("distance simulated, voxel widths")
-    made.supylabel("distance real, voxel widths")
+        high = MARK + np.outer(bars, [0, 1]) / (end - start)
+        words.append((_names(numbers), places, np.hstack([places - high, places + high])))
+        srcc = "SRCC {srcc:.2f} ({srcc_low:.2f} to {srcc_high:.2f})"
+        return "\n" + ("no SRCC" if numbers["srcc"] is None else srcc.format_map(numbers))
+
     handles = [style.line(MEANS, **_DOT, ls="none"), style.line("as simulated", **_SAME)]
-    made.legend(handles=handles, loc="outside upper center", ncols=2)
+    around = ("distance simulated, voxel widths", "distance real, voxel widths")
+    made, axes = _panels(comparison, draw, handles, *around)
     style.lay_out(made)  # where the numbers go depends on how large the panels are
     same = np.repeat(np.linspace(0, 1, 100)[:, np.newaxis], 2, axis=1)
-    for axis, (rows, places, boxes) in zip(axes, words, strict=True):
+    for axis, (names, places, boxes) in zip(axes, words, strict=True):
         axis.apply_aspect()
-        if len(rows) <= NAMED and len(axes) < MANY:
-            named = [short(str(called(row.design))) for row in rows]
-            labels.put(axis, list(zip(named, places, strict=True)), clear=boxes, lines=same)
+        if len(names) <= NAMED and len(axes) < MANY:
+            labels.put(axis, list(zip(names, places, strict=True)), clear=boxes, lines=same)
     return made
 
 
-def _columns(rows: Sequence[Row], *names: Sequence[str]) -> list[Array]:
-    """Return numbers of some rows, shape (n, m) for m names; NaN for what there is not."""
-    records = [row.record() for row in rows]
-    return [np.array([[one[k] for k in own] for one in records], dtype=float) for own in names]
+def draw_headings(comparison: Comparison) -> Figure:
+    """Draw the error of every design's heading, and by how much its trials differ."""
 
-
-def _named(comparison: Comparison, i: int, width: int) -> str:
-    """Return a condition as figures name it, of so many characters at most."""
-    mark = f"({i + 1}) " if len(comparison.conditions) > 1 else ""
-    return mark + short(str(comparison.conditions[i]), width)
-
-
-def draw_headings(comparison: Comparison) -> dict[str, Figure]:
-    """Draw the error of every design's heading, and by how much its trials differ.
-
-    Returns the pages by file name.
-    """
-    parts = [
-        (_named(comparison, i, WIDE), own[first : first + ACROSS])
-        for i, condition in enumerate(comparison.conditions)
-        for own in [[row for row in comparison.rows if row.condition == condition]]
-        for first in range(0, len(own), ACROSS)
-    ]
-    most = max(len(own) for _, own in parts)
-    return {
-        f"headings_{1 + first // DOWN}" if first else "headings": _headings(
-            parts[first : first + DOWN], most
+    def draw(axis: Axes, numbers: Numbers) -> str:
+        values, spread, usual = (
+            np.array(numbers[f"heading_error{end}"], dtype=float)
+            for end in ("", "_spread", "_repeatability")
         )
-        for first in range(0, len(parts), DOWN)
-    }
-
-
-def _headings(parts: Sequence[tuple[str, Sequence[Row]]], most: int) -> Figure:
-    """Draw a page, a row of designs per part, with room for the most designs of all parts."""
-    made = style.figure(style.WIDTH, ROW * len(parts) + FRAME)
-    for axis, (name, rows) in zip(
-        made.subplots(len(parts), squeeze=False).flat, parts, strict=True
-    ):
-        (numbers,) = _columns(rows, [f"heading_error{end}" for end in _ENDS])
-        places = np.arange(len(rows))
+        places = np.arange(len(values))
         for limit in (WITHIN, 90):
             axis.axhline(limit, **_LIMIT)
-        axis.errorbar(places, numbers[:, 0], yerr=numbers[:, 1], **_DOT, **_BAR)
-        axis.plot(places, numbers[:, 2], **_USUAL)
-        axis.set(xlim=(-0.6, max(most, 6) - 0.4), ylim=(-6, 192), yticks=range(0, 181, 45))
-        names = [short(str(called(row.design))) for row in rows]
-        axis.set_xticks(places, names, rotation=90 if most > MOST_FLAT else 0)
-        axis.set_title(name, loc="left")
-    made.supxlabel("design")
-    made.supylabel("heading off, degrees")
+        axis.errorbar(places, values, yerr=spread, **_DOT, **_BAR)
+        axis.plot(places, usual, **_USUAL)
+        axis.set(xlim=(-0.6, max(len(places), 6) - 0.4), ylim=(-6, 192), yticks=range(0, 181, 45))
+        is_named = len(places) <= NAMED
+        axis.set_xticks(places, _names(numbers) if is_named else [""] * len(places), rotation=90)
+        return ""
+
     usual = "between two trials of a design, mean of pairs"
     handles = [style.line(MEANS, **_DOT, ls="none"), style.line(usual, **_USUAL)]
-    made.legend(handles=handles, loc="outside upper center", ncols=2)
-    return made
+    around = ("design, in the order of the table", "heading off, degrees")
+    return _panels(comparison, draw, handles, *around)[0]
+
+
+def _names(numbers: Numbers) -> list[str]:
+    return [short(str(design)) for design in numbers["design"]]
 
 
 def page(comparison: Comparison, head: str, pictures: Mapping[str, bytes]) -> str:
     """Return the page of a comparison, one file of HTML, with pictures as SVG."""
     tables = []
-    for condition in comparison.conditions:
-        section = comparison.section(condition)
+    for section in comparison.conditions.values():
         header, *rows = section.cells()
-        lines = [_line("th", header), *(_line("td", row) for row in rows)]
+        lines = "\n".join([_line("th", header), *(_line("td", row) for row in rows)])
+        facts = section.facts
         tables.append(
-            f'<h2>{escape(section.title)}</h2>\n<div class="table"><table>\n'
-            + "\n".join(lines)
-            + f"\n</table></div>\n<p>{escape(section.facts['words'])}</p>"
+            f"<h2>{escape(section.title)}</h2>\n<p>{escape(facts['cycles'])}</p>\n"
+            f'<div class="table"><table>\n{lines}\n</table></div>\n<p>{escape(facts["words"])}</p>'
         )
     drawn = (picture.decode() for picture in pictures.values())
     shown = [f"<figure>{svg[svg.index('<svg') :]}</figure>" for svg in drawn]

@@ -9,16 +9,16 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from softvox_gym.cli.parser import add_physics, add_threads, named, physics_of
+from softvox_gym.cli.parser import add_cycles, add_physics, add_threads, named, physics_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters, chosen
+from softvox_gym.cli.trials import add_filters
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials.comparison import MEANING, Comparison, compare
 from softvox_view.cli.options import import_figures
-from softvox_view.cli.trials.options import add_folders, read_folders
+from softvox_view.cli.trials.options import add_folders, read_chosen
 
 TABLE, PAGE = "comparison.csv", "compare.html"
 
@@ -28,8 +28,9 @@ one condition (source, surface, powder, pressure, frequency) together, and
 against each other: repeatability is the yardstick of every error.
 
 Real and simulated robots are compared after as many cycles as the shortest
-trial of the design has; with --cycles 23 after 23 of both; with --cycles 90:23
-after 90 real and 23 simulated ones, as the paper did.
+trial of the condition has; with --cycles 23 after 23 of both; with --cycles
+90:23 after 90 real and 23 simulated ones, as the paper did. Shorter trials are
+left out then.
 
 {fill(MEANING, 79)}
 """
@@ -44,9 +45,7 @@ def add_parser(commands: Any) -> None:
         usage="softvox trials compare [DIR ...] [--cycles C] [--out DIR] [options]",
     )
     add_folders(parser)
-    parser.add_argument(
-        "--cycles", metavar="C", help="N or REAL:SIMULATED (default: those of the trials)"
-    )
+    add_cycles(parser)
     parser.add_argument("--reality", metavar="NAME", help="against one of softvox reality --list")
     parser.add_argument("--json", action="store_true", help="print JSON, with all numbers")
     parser.add_argument(
@@ -70,12 +69,7 @@ def run(args: Namespace) -> int:
         import_figures()
         with bad_input("--out"):
             check_folder(args.out, [TABLE, PAGE], force=args.force)
-    every = read_folders(args)
-    trials = chosen(every, args)
-    if every and not trials:
-        raise BadInputError(
-            f"none of the {len(every)} trials is as the options say; softvox trials list shows all"
-        )
+    trials = read_chosen(args)
     with bad_input(), Progress(sys.stderr, quiet=args.quiet, unit="robots") as progress:
         made = compare(trials, world, cycles=args.cycles, threads=args.threads, progress=progress)
     if args.out is not None:
@@ -84,9 +78,8 @@ def run(args: Namespace) -> int:
         print(json.dumps(as_dict(made), indent=2, allow_nan=False))
         return 0
     print(head(made))
-    for condition in made.conditions:
-        section = made.section(condition)
-        print(f"\n{section.title}\n{section.text()}")
+    for section in made.conditions.values():
+        print(f"\n{section.title}: {section.facts['cycles']}\n{section.text()}")
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0
@@ -97,7 +90,7 @@ def head(made: Comparison) -> str:
     short = f" {len(made.left_out)} trials are shorter, and left out." if made.left_out else ""
     lost = sum(row.diverged for row in made.rows)
     still = f" {lost} simulated robots diverge, and stand still." if lost else ""
-    return f"Simulator: {made.world.name}. Compared: {made.about_cycles}.{short}{still}"
+    return f"Simulator: {made.world.name}.{short}{still}"
 
 
 def as_dict(made: Comparison) -> dict[str, Any]:
@@ -105,12 +98,10 @@ def as_dict(made: Comparison) -> dict[str, Any]:
     return {
         "simulator": made.world.name,
         **made.world.to_dict(),
-        "cycles": made.about_cycles,
-        "left_out": sorted(trial.digest for trial in made.left_out),
+        "left_out": [trial.digest for trial in made.left_out],
         "conditions": [
             {**condition._asdict(), **section.facts, "rows": section.records()}
-            for condition in made.conditions
-            for section in [made.section(condition)]
+            for condition, section in made.conditions.items()
         ],
     }
 
@@ -140,7 +131,6 @@ def _write(args: Namespace, made: Comparison) -> None:
     text = {PAGE: page(made, head(made), inline), TABLE: made.section().csv()}
     with bad_input("--out"):
         write_folder(args.out, {**files, **text}, force=args.force)
-    for name in ("tracks", "headings"):  # of an earlier comparison, which had more pages
-        for old in args.out.glob(f"{name}_[0-9]*.p[dn][fg]"):
-            if old.name not in files:
-                old.unlink()
+    for old in args.out.glob("tracks_[0-9]*.p[dn][fg]"):  # of an earlier one with more pages
+        if old.name not in files:
+            old.unlink()

@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from softvox_gym.cli.terminal import bad_input
+from softvox_gym.cli.trials import some_chosen
 from softvox_gym.trials.database import read, shipped
 from softvox_gym.trials.trial import Trial
 
@@ -54,3 +55,16 @@ def read_folders(args: Namespace) -> tuple[Trial, ...]:
     """
     with bad_input():
         return read(*folders_of(args))
+
+
+def read_chosen(args: Namespace) -> list[Trial]:
+    """Read the trials that the options name and choose; none where there are none.
+
+    Raises
+    ------
+    BadInputError
+        Where a folder is missing or has a fault, or none is chosen of those that there are.
+    """
+    every = read_folders(args)
+    with bad_input():
+        return some_chosen(every, args) if every else []
