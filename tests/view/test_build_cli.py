@@ -124,7 +124,7 @@ def test_sheets_are_drawn_of_all_and_the_batch_of_what_can_be_built(softvox, dra
     assert [len({design.lattice for design in one}) for one in drawn.facts] == [1, 1]
     assert drawn.batch[0][0] == ["00021222", "211"]
     assert softvox("6453", "--out", "one.SVG")[0] == 0
-    assert (drawn.form, (tmp_path / "one.SVG").read_bytes()) == ("svg", b"page")
+    assert (drawn.form, (tmp_path / "one.SVG").read_bytes()) == ("svg", b"page bill")
     assert softvox(*BURIED, "--out", "refused.html")[0] == 1
     assert (tmp_path / "refused.html").read_bytes() == b"page"
 
@@ -146,7 +146,6 @@ def test_phases_are_told(softvox):
         (("6453", "--copies", "0"), "argument --copies: must be a whole number above 0"),
         (("6453", "--mould-voxels", "x"), "argument --mould-voxels: must be a whole number"),
         (("6453", "--out", "a.png"), "--out must end in .pdf, .svg, .html, got 'a.png'"),
-        (("6453", "1", "--out", "a.svg"), "an .svg holds one page, and 2 robots were asked for"),
         (("6453", "--csv", "no/a.csv"), "--csv no is not a folder"),
         (("6453", "--csv", "taken.csv"), "--csv taken.csv exists"),
         (("--top", "5473"), "--top: 5472 designs can be built, 5473 were asked for"),

@@ -1,6 +1,7 @@
 import re
 from dataclasses import replace
 from functools import cache
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -216,10 +217,16 @@ def test_a_web_page_is_complete_and_prints_a_page_per_sheet():
     assert "<title>Robot 0 and more</title>" in content
 
 
-def test_what_cant_be_written_is_refused():
-    page = sheet("empty")[0]
-    with pytest.raises(ValueError, match="an SVG holds one page"):
-        write([page, page], "svg")
+def test_in_an_svg_the_pages_are_below_one_another():
+    root = ElementTree.fromstring(write(2 * sheet("empty"), "svg"))
+    wide, high = (float(root.get(name).removesuffix("pt")) for name in ("width", "height"))
+    assert (wide, high) == pytest.approx((210 / 25.4 * 72, 2 * 297 / 25.4 * 72))
+    assert root.get("viewBox") == f"0 0 {wide} {high}"
+    inner = [[float(page.get(name, 0)) for name in ("y", "width", "height")] for page in root]
+    assert inner == [
+        pytest.approx([0, wide, high / 2]),
+        pytest.approx([high / 2, wide, high / 2]),
+    ]
 
 
 def test_text_is_wrapped_at_spaces_only():

@@ -107,7 +107,6 @@ def test_other_cycles_and_another_simulator_are_what_they_are_asked_for(told):
         (["--heading=3"], "--heading: the task displacement has no heading"),
         (["--budget=101"], "budget must be at least 1 and at most 100"),
         (["--out=sheets.txt"], "--out must end in"),
-        (["--out=sheets.svg"], "an .svg holds one page"),
     ],
 )
 def test_what_can_not_be_is_refused_in_a_line(told, arguments, message, tmp_path):

@@ -41,7 +41,7 @@ the paper's table for fifty robots.
 assembly, and what to expect and to measure.
   .pdf   all robots, and a page for the batch: the bill, and how to measure
   .html  the same, for a browser
-  .svg   one robot
+  .svg   the same, the pages below one another
 
 That the mould makes {MOULD_VOXELS} voxels at once is an assumption; mould fillings and
 hours go by it. The hours are those of its two layers: each takes 25 min and
@@ -98,7 +98,7 @@ def run(args: Namespace) -> int:
             with bad_input(option):
                 check_file(path, force=args.force)
     if args.out:
-        check_form(args.out, len(designs))
+        check_form(args.out)
     plans = [plan(design) for design in designs]
     sound = [one for one in plans if not one.problems]
     batch = bill(sound, args.copies, mould_voxels=args.mould_voxels) if sound else None
@@ -153,15 +153,11 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
     return designs, shown
 
 
-def check_form(out: Path, robots: int) -> None:
-    """Make sure that the sheets of so many robots can be drawn into a file of that name."""
+def check_form(out: Path) -> None:
+    """Make sure that sheets can be drawn into a file of that name."""
     form = out.suffix.lower()
     if form not in FORMS:
         raise BadInputError(f"--out must end in {', '.join(FORMS)}, got {str(out)!r}")
-    if form == ".svg" and robots > 1:
-        raise BadInputError(
-            f"an .svg holds one page, and {robots} robots were asked for; write a .pdf"
-        )
     try:
         for module in ("style", "sheets"):  # the style before all that imports matplotlib
             import_module(f"softvox_view.figures.{module}")
@@ -184,7 +180,7 @@ def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
             for done, one in enumerate(plans, start=1):
                 yield from draw_sheet(one, facts[one.design])
                 progress(done, len(plans))
-        if batch and form != "svg":
+        if batch:
             yield from draw_batch([one for one in plans if not one.problems], batch)
 
     with bad_input("--out"):

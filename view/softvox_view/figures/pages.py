@@ -54,6 +54,13 @@ svg {{ display: block; width: 210mm; height: 297mm; margin: 5mm auto; background
 </html>
 """
 
+_SVG = """<?xml version="1.0" encoding="utf-8" standalone="no"?>
+<svg xmlns="http://www.w3.org/2000/svg"
+  width="{wide}pt" height="{tall}pt" viewBox="0 0 {wide} {tall}">
+{pages}
+</svg>
+"""
+
 
 @lru_cache(maxsize=65536)
 def width_of(text: str, weight: str = "normal") -> float:
@@ -210,7 +217,7 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
     """Return pages as the bytes of a "pdf", "svg" or "html" file, the same on every run.
 
     They may be drawn one after the other: of a PDF only one is kept at a time. HTML is complete in
-    itself and prints a page per sheet. ValueError for several pages in an SVG.
+    itself and prints a page per sheet. In an SVG the pages are below one another.
     """
     with style():
         if form == "pdf":
@@ -222,10 +229,14 @@ def write(pages: Iterable[Figure], form: str) -> bytes:
         titles, made = zip(
             *((str(page.get_label()), encoded(page, "svg").decode()) for page in pages), strict=True
         )
+    inline = [one[one.index("<svg") :] for one in made]
     if form == "html":
         title = titles[0] + " and more" * (len(made) > 1)
-        inline = "\n".join(one[one.index("<svg") :] for one in made)
-        return _HTML.format(title=escape(title), pages=inline).encode()
-    if len(made) > 1:
-        raise ValueError("an SVG holds one page, and there are several; write a PDF or HTML")
-    return str(made[0]).encode()
+        return _HTML.format(title=escape(title), pages="\n".join(inline)).encode()
+    wide, high = WIDTH * 72, HEIGHT * 72
+    placed = [
+        one.replace("<svg ", f'<svg y="{i * high}" ', 1).replace('pt"', '"', 2)
+        for i, one in enumerate(inline)
+    ]
+    tall = len(placed) * high
+    return _SVG.format(wide=wide, tall=tall, pages="\n".join(placed)).encode()

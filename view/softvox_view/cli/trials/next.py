@@ -75,7 +75,7 @@ def add_parser(commands: Any) -> None:
         "--out",
         type=Path,
         metavar="FILE",
-        help="draw the sheets to build them from, .pdf or .html, as softvox build does",
+        help="draw the sheets to build them from, as softvox build does",
     )
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -94,7 +94,7 @@ def run(args: Namespace) -> int:
     with bad_input("--task:" if args.heading is None else "--heading:"):
         task = Task(args.task, args.heading)
     if args.out:
-        check_form(args.out, args.budget)
+        check_form(args.out)
         with bad_input("--out"):
             check_file(args.out, force=args.force)
     physics, where, options = physics_of(args), None, options_given(args.option)
