@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, groupby
 from math import ceil, floor, sqrt
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,7 +34,7 @@ from softvox_gym.real_tracks import (
 from softvox_gym.real_tracks import compare as compare_tracks
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.trials.measured import laid, pair
-from softvox_gym.trials.trial import Trial
+from softvox_gym.trials.trial import Condition, Trial
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -77,26 +77,6 @@ transformation; tau: Kendall's of the same.
 """
 
 
-class Condition(NamedTuple):
-    """What the trials that are compared together share."""
-
-    source: str
-    reality: str
-    surface: str
-    powder: str
-    pressure_kpa: float | None
-    frequency_hz: float | None
-
-    def __str__(self) -> str:
-        units = zip(self[4:], ("kPa", "Hz"), strict=True)
-        return ", ".join(filter(None, [*self[:4], *(f"{x:g} {unit}" for x, unit in units if x)]))
-
-    @classmethod
-    def of(cls, trial: Trial) -> Condition:
-        """Return that of a trial."""
-        return cls(*(getattr(trial, name) for name in cls._fields))
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Row:
     """The trials of one design under one condition, and how the simulator moves it.
@@ -125,7 +105,7 @@ class Row:
     @property
     def condition(self) -> Condition:
         """Of all the trials."""
-        return Condition.of(self.trials[0])
+        return self.trials[0].condition
 
     @cached_property
     def compared(self) -> tuple[Compared, ...]:
@@ -300,7 +280,7 @@ def compare(
         )
     over = {
         condition: asked or (min(map(_end, own)),) * 2
-        for condition, own in groupby(kept, key=Condition.of)
+        for condition, own in groupby(kept, key=lambda one: one.condition)
     }
     last = max(simulated for _, simulated in over.values())
     if last > MOST_CYCLES:
@@ -312,9 +292,7 @@ def compare(
     return Comparison(
         rows=tuple(
             _row(tuple(own), over[condition], simulated[design])
-            for (condition, design), own in groupby(
-                kept, lambda one: (Condition.of(one), one.design)
-            )
+            for (condition, design), own in groupby(kept, lambda one: (one.condition, one.design))
         ),
         world=world,
         left_out=tuple(trial for trial in trials if _end(trial) < least),
@@ -363,7 +341,7 @@ def _end(trial: Trial) -> float:
 
 
 def _order(trial: Trial) -> tuple[Any, ...]:
-    design, condition = trial.design, Condition.of(trial)
+    design, condition = trial.design, trial.condition
     run = trial.date, trial.who, trial.repetition, trial.digest
     return (
         str(condition),

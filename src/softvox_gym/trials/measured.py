@@ -20,14 +20,11 @@ from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
 from softvox_gym.simulation import Result
-from softvox_gym.trials.trial import Trial
+from softvox_gym.trials.trial import Condition, Trial
 
 Array = NDArray[np.float64]
 
 LATTICE = Lattice()
-
-#: In which trials may not differ that are one reality.
-CONDITIONS = ("source", "reality", "surface", "powder", "pressure_kpa", "frequency_hz")
 
 #: Cycles of two durations that are the same but for the last digits.
 EXACT = 1e-3
@@ -334,7 +331,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
             f"a reality has the designs of {LATTICE}, and {len(others)} of {len(given)} runs are "
             f"of others: {_some(others)}; leave them out"
         )
-    for name in CONDITIONS:
+    for name in Condition._fields:
         counts = Counter(getattr(trial, name) for trial in given)
         if len(counts) > 1:
             told = (f"{n} with {value or 'none said'}" for value, n in counts.most_common())

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from hashlib import sha256
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,6 +55,26 @@ PROVENANCE_NUMBERS = {"cm_per_pixel": (0.0, 1000.0), "x_axis_deg": (-360.0, 360.
 
 class TrialError(ValueError):
     """A trial that can't be; the message says what is wrong with it and how to mend it."""
+
+
+class Condition(NamedTuple):
+    """What trials share that can be compared with each other."""
+
+    source: str
+    reality: str
+    surface: str
+    powder: str
+    pressure_kpa: float | None
+    frequency_hz: float | None
+
+    def __str__(self) -> str:
+        return ", ".join(filter(None, [*self[:4], *self.pumped]))
+
+    @property
+    def pumped(self) -> list[str]:
+        """What is known of the pump, in words."""
+        units = zip(self[4:], ("kPa", "Hz"), strict=True)
+        return [f"{value:g} {unit}" for value, unit in units if value]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -246,13 +266,15 @@ class Trial:
         return np.asarray(self.position[-1] / self.voxel_cm)
 
     @property
+    def condition(self) -> Condition:
+        """Under which it was run."""
+        return Condition(*(getattr(self, name) for name in Condition._fields))
+
+    @property
     def run(self) -> tuple[Any, ...]:
         """What no two trials share: two that have the same are the same run told twice."""
-        return (
-            *(self.design, self.robot),
-            *(self.source, self.reality, self.surface, self.powder, self.pressure_kpa),
-            *(self.frequency_hz, self.date, self.who, self.repetition),
-        )
+        own = self.design, self.robot, self.date, self.who, self.repetition
+        return (*own, *self.condition)
 
     def _points(self) -> dict[str, Array]:
         cycle, position = _array("cycle", self.cycle, 1), _array("position", self.position, 2)

@@ -44,9 +44,8 @@ def _name(trial: Trial) -> str:
     """Return what a trial was tried in: a pseudo-reality; or surface, powder and what pumped it."""
     if trial.source == "simulated":
         return f"simulated: {trial.reality}"
-    numbers = {"kPa": trial.pressure_kpa, "Hz": trial.frequency_hz}
-    known = [f"{value:g} {unit}" for unit, value in numbers.items() if value]
-    return "measured: " + ", ".join(filter(None, (trial.surface, trial.powder, *known)))
+    known = (trial.surface, trial.powder, *trial.condition.pumped)
+    return "measured: " + ", ".join(filter(None, known))
 
 
 def _points(trial: Trial) -> NDArray[np.float64]:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from softvox_gym.real_tracks import LITTLE, WITHIN, short
-from softvox_gym.trials.comparison import MEANING, Comparison, Condition
+from softvox_gym.trials.comparison import MEANING, Comparison
+from softvox_gym.trials.trial import Condition
 from softvox_search.report.style import COLOURS, grid
 from softvox_view.figures import labels, style
 from softvox_view.figures.tracks import MOST_MORE, NAMES, Panel, half_side, paged
