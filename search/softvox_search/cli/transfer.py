@@ -16,7 +16,7 @@ from softvox_gym import MeasuredReality, Reality, reality
 from softvox_gym.cli.parser import number, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
-from softvox_gym.cli.trials import add_trials, trials_of
+from softvox_gym.cli.trials import add_trials, measured_of
 from softvox_gym.files import write_file
 from softvox_gym.missing import missing
 from softvox_gym.noise import not_negative as finite
@@ -179,15 +179,12 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
-    trials = trials_of(args)
-    if trials is None:
-        with bad_input("--reality:"):
-            return reality(DEFAULT if args.reality is None else args.reality)
-    if args.reality is not None:
+    if args.reality is not None and args.trials is not None:
         raise BadInputError("--reality and --trials both say what is real; give one of them")
-    with bad_input("--trials:"):
-        made: Reality = Reality.from_trials(trials, cycles=args.cycles)
+    if (made := measured_of(args)) is not None:
         return made
+    with bad_input("--reality:"):
+        return reality(DEFAULT if args.reality is None else args.reality)
 
 
 def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:

@@ -11,6 +11,7 @@ from softvox_gym.cli.parser import add_cycles
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
 from softvox_gym.trials.database import read
+from softvox_gym.trials.measured import MeasuredReality, from_trials
 from softvox_gym.trials.trial import Trial
 
 #: What `add_filters` adds.
@@ -41,13 +42,14 @@ def add_filters(parser: Any) -> None:
     parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
 
 
-def trials_of(args: Namespace) -> list[Trial] | None:
-    """Return the trials that the options of `add_trials` name; None without --trials.
+def measured_of(args: Namespace) -> MeasuredReality | None:
+    """Return the reality of the trials that options of `add_trials` name; None without --trials.
 
     Raises
     ------
     BadInputError
-        Where a folder can't be read, none is chosen, or other options of trials stand alone.
+        Where a folder can't be read, none is chosen, those can't be one reality, or other options
+        of trials stand alone.
     """
     if args.trials is None:
         alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
@@ -55,7 +57,7 @@ def trials_of(args: Namespace) -> list[Trial] | None:
             raise BadInputError(f"--{alone[0].replace('_', '-')} is of --trials; give it as well")
         return None
     with bad_input("--trials:"):
-        return some_chosen(read(*args.trials), args)
+        return from_trials(some_chosen(read(*args.trials), args), cycles=args.cycles)
 
 
 def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:

@@ -22,7 +22,7 @@ from softvox_gym.calibration import (
 from softvox_gym.cli.parser import add_physics, add_threads, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_trials, trials_of
+from softvox_gym.cli.trials import add_trials, measured_of
 from softvox_gym.design import Design, written
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.landscapes.section import Column, Section
@@ -155,10 +155,8 @@ def run(args: Namespace) -> int:
 
 def _where(args: Namespace) -> Reality | None:
     """Return the reality that is meant; None where tracks are."""
-    if (trials := trials_of(args)) is not None:
-        with bad_input("--trials:"):
-            made: Reality = Reality.from_trials(trials, cycles=args.cycles)
-            return made
+    if (made := measured_of(args)) is not None:
+        return made
     with bad_input("--reality:"):
         return None if args.reality is None else reality(args.reality)
 
