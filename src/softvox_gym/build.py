@@ -6,20 +6,19 @@ the protocol of building, and the table of parts.
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from importlib.resources import files
 from itertools import product
 from math import ceil
 from string import ascii_uppercase
 
 import numpy as np
 
+from softvox_gym.data import records
 from softvox_gym.design import ABSENT, ACTIVE, Design, DesignLike, actuators, closed_hollows
-from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.section import Column, Section, counted
 from softvox_gym.lattice import FACES
 
 Vector = tuple[int, int, int]
@@ -233,7 +232,7 @@ class _Body:
                 site, face = min(best[i], key=lambda at: (-votes[at[1]], _ORDER.index(at[1]), at))
                 where, beside = ranks[i][site, face]
                 why, care = _WHERE[where]
-                why += f", {_count(beside, 'voxel') if beside else 'nothing'} beside the tube"
+                why += f", {counted(beside, 'voxel') if beside else 'nothing'} beside the tube"
                 if votes[face] > 1:
                     why += f"; {votes[face]} of {len(found)} tubes can go there"
                 inlet = Inlet(site, face, why)
@@ -322,7 +321,7 @@ class _Body:
         shown = ", ".join(f"{number} {colour}" for colour, number in colours.items() if number)
         degree = "\N{DEGREE SIGN}"
         yield (
-            f"Mould {_count(self.design.n_voxels, 'voxel')}: {shown}. Pour, and spread along the "
+            f"Mould {counted(self.design.n_voxels, 'voxel')}: {shown}. Pour, and spread along the "
             f"walls; turn the mould over onto the machine at 45{degree}, which turns it by "
             f"90{degree} every 45 s. Cure for 25 min, then 20 min at 60\N{NO-BREAK SPACE}{degree}C,"
             " or for 75 min at room temperature. Then a second layer in the same way."
@@ -334,8 +333,8 @@ class _Body:
                 for pairs in (self.bonds, self.holes)
             )
             if bonds:
-                punch = f"punch {_count(len(holes), 'hole')}: {self.pairs(holes)}"
-                bonded = f"bond {_count(len(bonds), 'pair')} of neighbours with Sil-Poxy"
+                punch = f"punch {counted(len(holes), 'hole')}: {self.pairs(holes)}"
+                bonded = f"bond {counted(len(bonds), 'pair')} of neighbours with Sil-Poxy"
                 yield f"Slice z = {z}: {bonded}; {punch if holes else 'no hole'}."
         yield (
             "Set every slice, open side down, on a 1 mm layer of uncured silicone between the two "
@@ -382,10 +381,6 @@ def _some(words: Sequence[str], comma: str = ", ") -> str:
     """Return a list that is cut where it gets long."""
     more = len(words) - MOST_NAMED
     return comma.join(words[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 @dataclass(frozen=True)
@@ -536,9 +531,8 @@ def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VO
         "cure_hours": fillings * LAYERS * CURE_MINUTES / 60,
         "cure_hours_room": fillings * LAYERS * CURE_MINUTES_ROOM / 60,
     }
-    parts = files("softvox_gym.data") / "kit" / "parts.csv"
     lines = []
-    for row in csv.DictReader(parts.read_text(encoding="utf-8").splitlines()):
+    for row in records("parts.csv", "kit"):
         driver = row["scales_with"]
         share = Fraction(1) if driver == "once" else Fraction(needed[driver], table[driver])
         lines.append(Line(row, share))

@@ -151,13 +151,12 @@ def proposals(
     rewards, spreads, displacement, why = BELIEFS[method](made)
     simulated = what.reward(simulator.landscape())
     chosen: list[Proposal] = []
-    while len(chosen) < budget and is_free.any() and (design := made.ask()) is not None:
+    while len(chosen) < budget and made.untested().any() and (design := made.ask()) is not None:
         way = None if displacement is None else displacement[design]
         reward, spread, said = (float(all_of[design]) for all_of in (rewards, spreads, simulated))
         chosen.append(Proposal(design, reward, spread, said, way, why(design)))
         made.tell(Test(design, reward, np.zeros(3) if way is None else way))
         made.leave_out(robots == robots[design])
-        is_free &= robots != robots[design]
     return tuple(chosen)
 
 

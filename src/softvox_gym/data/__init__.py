@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 Records: TypeAlias = list[dict[str, str]]
 
-_FOLDER = files("softvox_gym.data") / "authors"
+_DATA = files("softvox_gym.data")
+_FOLDER = _DATA / "authors"
 
 
-def records(name: str) -> Records:
+def records(name: str, folder: str = "authors") -> Records:
     """Return the rows of a CSV file."""
-    return list(csv.DictReader((_FOLDER / name).read_text(encoding="utf-8").splitlines()))
+    path = _DATA / folder / name
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
 
 
 def document(name: str) -> Any:

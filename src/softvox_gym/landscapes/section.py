@@ -118,6 +118,11 @@ def shown(value: Any, spec: str) -> str:
     return text.removeprefix("-") if is_zero else text
 
 
+def counted(number: int, what: str) -> str:
+    """Return a number of things in words, as 1 trial or 2 trials."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def aligned(rows: Iterable[Sequence[str]]) -> list[str]:
     """Return lines with columns of equal width, the first to the left, the others to the right."""
     table = list(rows)

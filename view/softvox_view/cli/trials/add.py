@@ -11,6 +11,7 @@ from typing import Any
 from softvox_gym.cli.parser import add_shape, number, whole_number
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import bad_input
+from softvox_gym.landscapes.section import counted
 from softvox_gym.lattice import Lattice
 from softvox_gym.trials.database import add
 from softvox_gym.trials.track_files import Film, read_track_files
@@ -135,8 +136,7 @@ def run(args: Namespace) -> int:
     for one in found:
         if one.left_out:
             print(f"{one.place}: lines left out, without a likely position: {one.left_out}")
-    count = f"{len(new)} trial{'' if len(new) == 1 else 's'}"
-    print(f"{count} added to {args.into}, {len(known)} were there already")
+    print(f"{counted(len(new), 'trial')} added to {args.into}, {len(known)} were there already")
     return 0
 
 

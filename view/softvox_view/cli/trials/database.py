@@ -14,7 +14,7 @@ from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.cli.trials import add_filters, chosen
 from softvox_gym.design import called
 from softvox_gym.files import check_file, write_file
-from softvox_gym.landscapes.section import Column, Section
+from softvox_gym.landscapes.section import Column, Section, counted
 from softvox_gym.missing import missing
 from softvox_gym.real_tracks import heading
 from softvox_gym.trials.database import check, merge
@@ -105,7 +105,7 @@ def run_check(args: Namespace) -> int:
         trials, faults, doubts = check(*folders_of(args))
     for line in (*faults, *(f"warning: {line}" for line in doubts)):
         print(line)
-    print(f"{_counted(trials)}, {_number(len(faults), 'fault')}, {_number(len(doubts), 'warning')}")
+    print(f"{_told(trials)}, {counted(len(faults), 'fault')}, {counted(len(doubts), 'warning')}")
     return int(bool(faults))
 
 
@@ -113,8 +113,8 @@ def run_merge(args: Namespace) -> int:
     """Copy what is new, and say how many."""
     with bad_input():
         added = merge(args.into, *args.folders)
-    known = f", {_number(len(added.known), 'known one')} left alone" if added.known else ""
-    print(f"{_number(len(added.new), 'trial')} copied into {args.into}{known}")
+    known = f", {counted(len(added.known), 'known one')} left alone" if added.known else ""
+    print(f"{counted(len(added.new), 'trial')} copied into {args.into}{known}")
     return 0
 
 
@@ -127,7 +127,7 @@ def run_list(args: Namespace) -> int:
     elif trials:
         print(table_of(trials).text())
     else:
-        print(f"none of {_counted(every)}" if every else "no trials; softvox trials add adds some")
+        print(f"none of {_told(every)}" if every else "no trials; softvox trials add adds some")
     return 0
 
 
@@ -144,7 +144,7 @@ def run_export(args: Namespace) -> int:
         raise BadInputError(missing("--out FILE.parquet", error)) from error
     with bad_input("--out"):
         write_file(args.out, content, force=args.force)
-    print(f"wrote {args.out}: {_counted(trials)}")
+    print(f"wrote {args.out}: {_told(trials)}")
     return 0
 
 
@@ -165,7 +165,7 @@ def table_of(trials: Sequence[Trial]) -> Section:
         facts["source"] = trial.reality or "measured"
         texts = {key: _short(value) for key, value in facts.items() if isinstance(value, str)}
         rows.append(tuple((facts | texts)[column.key] for column in columns))
-    return Section(columns=columns, rows=rows, facts={"n": _counted(trials)}, sentence="{n}")
+    return Section(columns=columns, rows=rows, facts={"n": _told(trials)}, sentence="{n}")
 
 
 def _record(trial: Trial) -> dict[str, Any]:
@@ -182,11 +182,7 @@ def _short(text: str) -> str | None:
     return (text if len(text) <= WIDE else f"{text[: WIDE - 3]}...") or None
 
 
-def _counted(trials: Sequence[Trial]) -> str:
+def _told(trials: Sequence[Trial]) -> str:
     measured = sum(trial.source == "measured" for trial in trials)
     kinds = f"{measured} measured, {len(trials) - measured} simulated"
-    return _number(len(trials), "trial") + (f" ({kinds})" if trials else "")
-
-
-def _number(n: int, what: str) -> str:
-    return f"{n} {what}{'' if n == 1 else 's'}"
+    return counted(len(trials), "trial") + (f" ({kinds})" if trials else "")
