@@ -5,8 +5,10 @@ so that a link between two of them holds on the site as it does in a checkout.
 """
 
 from importlib.metadata import version as version_of
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from jupyter_client import AsyncKernelManager
 from pygments.lexers.special import TextLexer
 from sphinx.highlighting import lexers
 
@@ -38,6 +40,12 @@ nb_execution_show_tb = True
 nb_execution_timeout = 600  # s, of a cell, on a machine that is busy
 nb_merge_streams = True
 nb_render_markdown_format = "gfm"  # tables, too
+
+# Kernels are spoken to by sockets in a folder: a free port that is chosen for one can be somebody
+# else's before the kernel has started, which then dies. (traitlets takes defaults by such names.)
+_sockets = TemporaryDirectory()
+AsyncKernelManager._transport_default = lambda _kernel: "ipc"
+AsyncKernelManager._ip_default = lambda _kernel: f"{_sockets.name}/kernel"
 
 # Docstrings
 default_role = "autolink"  # a link where the name is one of the reference's, else emphasis

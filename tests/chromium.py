@@ -54,7 +54,10 @@ def chromium(*flags: str, width: int = 900, height: int = 640) -> Iterator[Any]:
     options = webdriver.ChromeOptions()
     options.binary_location = str(shutil.which("chromium"))
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    service = webdriver.ChromeService(str(shutil.which("chromedriver")))
+    # Not a port of those that systems give away: it could be somebody's else before it is used.
+    service = webdriver.ChromeService(
+        str(shutil.which("chromedriver")), port=10_000 + os.getpid() % 20_000
+    )
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         own = [f"--window-size={width},{height}", f"--user-data-dir={profile}"]
         for flag in (*FLAGS, *flags, *own):
