@@ -21,13 +21,18 @@ MEASURED = Trial(
     position=[[0, 0], [1, 1.2], [2.7, 3.6]],
     surface="Acrylic, 3 mm",
     powder="corn starch",
+    pressure_kpa=6,
     frequency_hz=0.5,
     who="A. Person",
     date="2026-11-27",
     license="CC-BY-4.0",
 )
 STILL = replace(
-    MEASURED, design=6560, who="Laboratory of B. Person", position=[[0, 0], [0, 0], [0, 0]]
+    MEASURED,
+    design=6560,
+    pressure_kpa=8,
+    who="Laboratory of B. Person",
+    position=[[0, 0], [0, 0], [0, 0]],
 )
 SIMULATED = Trial(
     design=Design("1" + "2" * 26, shape=(3, 3, 3)),
@@ -113,6 +118,9 @@ def test_list_shows_what_a_person_asks_for(folder, capsys):
         (["--design", "1" + "2" * 26], [SIMULATED]),
         (["--source", "measured"], [MEASURED, STILL]),
         (["--source", "simulated"], [SIMULATED]),
+        (["--lattice", "2x2x2", "--hz", "0.50"], [MEASURED, STILL]),
+        (["--lattice", "3x3x3"], [SIMULATED]),
+        (["--kpa", "6"], [MEASURED]),
         (["--surface", "acrylic"], [MEASURED, STILL]),
         (["--who", "b. person", "--surface", "acryl"], [STILL]),
         (["--design", "6454"], []),
@@ -200,6 +208,13 @@ def test_export_writes_the_same_bytes_and_refuses_what_it_cannot(folder, capsys)
     assert told(capsys, "export", "trials", "--out", "all.parquet")[0] == 0
     table = pq.read_table(io.BytesIO((folder.parent / "all.parquet").read_bytes()))
     assert sorted(table["digest"].to_pylist()) == sorted(trial.digest for trial in ALL)
+    status, out, _ = told(capsys, "export", "--out", "some.jsonl", "--lattice", "3x3x3")
+    assert (status, out) == (0, "wrote some.jsonl: 1 trial (0 measured, 1 simulated)\n")
+    assert (folder.parent / "some.jsonl").read_bytes() == as_json_lines([SIMULATED])
+    status, out, err = told(capsys, "export", "--out", "none.jsonl", "--kpa", 7)
+    assert (status, out) == (2, "")
+    assert err.startswith("softvox: error: none of the 3 trials is as the options say")
+    assert not (folder.parent / "none.jsonl").exists()
     assert told(capsys, "export", "--out", "all.csv") == (
         *(2, ""),
         "softvox: error: --out all.csv must end in .jsonl or .parquet; name it so\n",

@@ -1,15 +1,16 @@
 """softvox trials next, as people meet it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from softvox_gym import landscape, reality
+from softvox_gym import Design, landscape, reality
 from softvox_gym.cli import main
 from softvox_gym.landscapes.table import displacements
 from softvox_gym.trials import Trial
-from softvox_gym.trials.database import add
+from softvox_gym.trials.database import add, read
 
 
 def runs(designs, where="reversal", **facts):
@@ -70,6 +71,11 @@ def test_json_has_all_of_it(told):
 def test_trials_of_one_world_are_chosen_among_others(told):
     text = told("trials", "other", "--simulated-in=sticky", "--design=2117")
     assert "; 1 run of 1 design, after 15 cycles on plane, simulated in sticky\n" in text
+    (small,) = read(Path("other"))[:1]
+    add(Path("larger"), [replace(small, design=Design("1" * 27, shape=(3, 3, 3)))])
+    refused = told("other", "larger", status=2)
+    assert "a reality has the designs of 2x2x2, and 1 of 3 runs are of others" in refused
+    assert "; 2 runs of 2 designs, " in told("other", "larger", "--lattice=2x2x2")
 
 
 def test_nothing_measured_is_said_and_the_simulator_chooses(told):

@@ -7,15 +7,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from softvox_gym.cli.parser import add_cycles
+from softvox_gym.cli.parser import add_cycles, number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
 from softvox_gym.trials.database import read
 from softvox_gym.trials.measured import MeasuredReality, from_trials
 from softvox_gym.trials.trial import Trial
 
+#: Options whose fact of a trial has to be as they say, and those whose text it has to contain.
+EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz"}
+CONTAINED = ("surface", "powder", "who")
+
 #: What `add_filters` adds.
-FILTERS = ("design", "source", "simulated_in", "surface", "powder", "who")
+FILTERS = ("design", "lattice", "simulated_in", *EQUAL, *CONTAINED)
 
 
 def add_trials(parser: ArgumentParser) -> None:
@@ -35,10 +39,13 @@ def add_trials(parser: ArgumentParser) -> None:
 def add_filters(parser: Any) -> None:
     """Add options that choose among the trials."""
     parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
+    parser.add_argument("--lattice", metavar="NAME", help="only designs of this one, as 2x2x2")
     parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
     parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
     parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
     parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
+    parser.add_argument("--kpa", type=number, metavar="X", help="only this pressure of the pump")
+    parser.add_argument("--hz", type=number, metavar="X", help="only this frequency of the pump")
     parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
 
 
@@ -75,10 +82,11 @@ def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
         trial
         for trial in trials
         if args.design in (None, str(called(trial.design)), trial.design.digits)
-        and args.source in (None, trial.source)
+        and args.lattice in (None, str(trial.design.lattice))
         and args.simulated_in in (None, trial.reality)
+        and all(vars(args)[name] in (None, getattr(trial, key)) for name, key in EQUAL.items())
         and all(
             (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
-            for name in ("surface", "powder", "who")
+            for name in CONTAINED
         )
     ]

@@ -20,7 +20,13 @@ from softvox_gym.real_tracks import heading
 from softvox_gym.trials.database import check, merge
 from softvox_gym.trials.export import as_json_lines, as_parquet
 from softvox_gym.trials.trial import Trial
-from softvox_view.cli.trials.options import add_folders, add_into, folders_of, read_folders
+from softvox_view.cli.trials.options import (
+    add_folders,
+    add_into,
+    folders_of,
+    read_chosen,
+    read_folders,
+)
 
 CHECK = """\
 Say all that is wrong in folders of trials, and between them, a line for each
@@ -96,6 +102,7 @@ def add_parser(commands: Any) -> None:
         "--out", type=Path, required=True, metavar="FILE", help=f"ends in {' or '.join(FORMS)}"
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier one")
+    add_filters(parser)
     parser.set_defaults(run=run_export, parser=parser)
 
 
@@ -137,7 +144,7 @@ def run_export(args: Namespace) -> int:
         raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}; name it so")
     with bad_input("--out"):
         check_file(args.out, force=args.force)
-    trials = read_folders(args)
+    trials = read_chosen(args)
     try:
         content = FORMS[args.out.suffix](trials)
     except ModuleNotFoundError as error:
