@@ -26,6 +26,9 @@ COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 #: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
 MOST_CM = 100.0
 
+#: Edge of a voxel of the paper's real robots.
+VOXEL_CM = 1.5
+
 #: Over more cycles no robots are compared: as many are simulated.
 MOST_CYCLES = 1000
 
@@ -42,7 +45,6 @@ NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 #: What to do where two runs may be mixed up.
 OWN_TRIAL = "give each run of a robot a trial of its own"
-
 
 #: Voxel widths, which are cm for the paper's voxel of 1 cm: what travels less has no heading to
 #: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.

@@ -21,7 +21,8 @@ import pytest
         ("softvox_gym.trials.track_files", 1),
         ("softvox_search.transfer.next", 1),
         ("softvox_gym.design", 3),
-        ("softvox_gym.build", 2),
+        ("softvox_gym.build.plans", 1),
+        ("softvox_gym.build.bills", 1),
     ],
 )
 def test_the_examples_do_what_they_show(module, examples):

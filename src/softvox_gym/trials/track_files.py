@@ -27,6 +27,7 @@ from softvox_gym.design import Design
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import (
     MOST_CM,
+    VOXEL_CM,
     CsvError,
     Point,
     check_order,
@@ -35,7 +36,7 @@ from softvox_gym.real_tracks import (
     points_in,
     rows,
 )
-from softvox_gym.trials.trial import SIMULATED_VOXEL_CM, VOXEL_CM, Trial, TrialError
+from softvox_gym.trials.trial import SIMULATED_VOXEL_CM, Trial, TrialError
 
 #: What a scale may be in place of a reference length, cm.
 UNITS = {"cm": 1.0, "mm": 0.1, "m": 100.0}

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import Design, called
 from softvox_gym.lattice import Lattice
-from softvox_gym.real_tracks import MOST_CM
+from softvox_gym.real_tracks import MOST_CM, VOXEL_CM
 from softvox_gym.realities import reality
 
 Array = NDArray[np.float64]
@@ -42,8 +42,8 @@ PLACES = {"cycle": 5, "position": 4}
 #: No cycle and no cm is larger; also what makes rounding safe.
 _LARGEST = 1e6
 
-#: Of the kit's robots, and of simulated ones.
-VOXEL_CM, SIMULATED_VOXEL_CM = 1.5, 1.0
+#: Edge of a voxel of simulated robots.
+SIMULATED_VOXEL_CM = 1.0
 
 #: What `provenance` may say: the file that the track was read from, what kind it was of, and how
 #: its numbers became cm along the robot's axes.

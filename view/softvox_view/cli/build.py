@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softvox_gym.build import MOULD_VOXELS, TOWARDS, Bill, Plan, bill, digits_of, places, plan
+from softvox_gym.build.bills import MOULD_VOXELS, Bill, bill
+from softvox_gym.build.plans import TOWARDS, Plan, digits_of, places, plan
 from softvox_gym.cli.landscape import ranking
 from softvox_gym.cli.parser import add_shape, whole_number
 from softvox_gym.cli.simulate import design_of

@@ -12,21 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from softvox_gym.build import (
+from softvox_gym.build.bills import VOXEL_G, Bill
+from softvox_gym.build.plans import (
     LEAK_CHECK,
     MEASUREMENTS,
     PER_GROUP,
     TOWARDS,
-    VOXEL_CM,
-    VOXEL_G,
-    Bill,
     Plan,
     digits_of,
     places,
 )
 from softvox_gym.design import ABSENT, Design
 from softvox_gym.physics import Physics
-from softvox_gym.real_tracks import heading
+from softvox_gym.real_tracks import VOXEL_CM, heading
 from softvox_gym.simulation import simulate
 from softvox_view.figures.pages import (
     ASCENT,

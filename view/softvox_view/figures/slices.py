@@ -13,9 +13,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from softvox_gym.build import VOXEL_CM, Plan
+from softvox_gym.build import Plan
 from softvox_gym.design import ABSENT, PASSIVE
 from softvox_gym.lattice import FACES
+from softvox_gym.real_tracks import VOXEL_CM
 from softvox_view.figures.pages import ASCENT, LEFT, LINE, RIGHT, SIZE, Column, label, rectangle
 from softvox_view.figures.style import GREY, INK, PALE
 
