@@ -33,7 +33,7 @@ def add_results(parser: ArgumentParser, what_for: str) -> None:
         action="append",
         default=[],
         metavar="DIR",
-        help=f"a folder of softvox compare, {what_for}; may be given several times",
+        help=f"a results folder of softvox compare, {what_for}; may be given several times",
     )
 
 
