@@ -195,10 +195,11 @@ def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
     if args.workers and args.scheduler not in (None, "local"):
         raise BadInputError(
-            f"--workers is of processes on this machine; those of {args.scheduler} have theirs"
+            "--workers is for processes on this machine; leave it out with --scheduler "
+            f"{args.scheduler}"
         )
     if args.jobs and args.scheduler != "slurm":
-        raise BadInputError("--jobs goes with --scheduler slurm")
+        raise BadInputError("--jobs needs --scheduler slurm; give that as well")
     look_in(Path.cwd(), args.file.parent)
     with needs("compare"):
         from softvox_search.experiment.compare import compare
@@ -218,7 +219,9 @@ def run(args: Namespace) -> int:
     if not args.check:
         make_folder(folder)
     elif not folder.is_dir():
-        raise BadInputError(f"{folder} is not there, and has no finished runs to do again")
+        raise BadInputError(
+            f"{folder} doesn't exist, so no runs can be repeated; leave out --check"
+        )
     options = {"part": args.part, "check": args.check}
     workers = args.workers or default_threads()
     with writing(folder):

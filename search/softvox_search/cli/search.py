@@ -129,7 +129,7 @@ def _search(args: Namespace) -> int:
     for switch in SWITCHES:
         if args.noise is None and getattr(args, switch):
             option = "--" + switch.replace("_", "-")
-            raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
+            raise BadInputError(f"{option} works with noise only; give --noise LEVEL as well")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
     name = name_in_files(args.searcher)

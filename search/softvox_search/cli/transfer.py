@@ -181,7 +181,7 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
     if args.reality is not None and args.trials is not None:
-        raise BadInputError("--reality and --trials both say what is real; give one of them")
+        raise BadInputError("give either --reality or --trials, not both")
     if (made := measured_of(args)) is not None:
         return made
     with bad_input("--reality:"):
@@ -195,7 +195,9 @@ def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
     way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
     words = f"no robot of --trials goes {way}"
     if not made:
-        raise BadInputError(f"{words}, so no regret is known; give others, or another --heading")
+        raise BadInputError(
+            f"{words}, so the regret is unknown; give other trials, or another --heading"
+        )
     if lost:
         complain("warning", f"{words}; left out")
     return made

@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("error", f"cannot write the output: {error.strerror}")
         return 2
     except Stopped as stop:
-        notes = getattr(stop, "__notes__", ["nothing was left half written"])
+        notes = getattr(stop, "__notes__", ["no file was left half written"])
         complain("stopped", f"{signal.Signals(stop.number).name}, {'; '.join(notes)}")
         return 128 + stop.number
 

@@ -154,7 +154,9 @@ def run(args: Namespace) -> int:
 def _run_phased(args: Namespace, physics: Physics) -> int:
     """Do the same with several phases, from what ships or is kept where it is there."""
     if args.check_step:
-        raise BadInputError("--check-step is for one phase; leave it or --phases out")
+        raise BadInputError(
+            "--check-step works with one phase only; leave out --check-step or --phases"
+        )
     try:
         lattice = phased_lattice(args.phases)
     except ValueError as error:
@@ -172,8 +174,8 @@ def _run_phased(args: Namespace, physics: Physics) -> int:
     if expected and physics == Physics.published():
         if expected != found["digest"]:
             raise BadInputError(
-                f"the bits are not those that were published, whose digest is {expected}; if "
-                f"{cache_path(physics, lattice)} is there, remove it and try again"
+                f"the landscape differs from the published one, whose digest is {expected}; if "
+                f"{cache_path(physics, lattice)} exists, delete it and try again"
             )
         shown[-1] += ", which is the published one"
     table_file = _packed(table) if packed else table.section().csv()

@@ -170,8 +170,8 @@ def physics_of(args: argparse.Namespace) -> Physics:
     gravity = changes.get("gravity", ())
     if len(gravity) not in (0, 1, 3):
         raise BadInputError(
-            f"--gravity: takes one number or three, got {len(gravity)}; "
-            "anything else goes before it"
+            f"--gravity takes one number or three, got {len(gravity)}; put other arguments "
+            "before it"
         )
     if len(gravity) == 1:
         changes["gravity"] = gravity[0]

@@ -86,7 +86,7 @@ def run(args: Namespace) -> int:
             "followed; give a lower --frequency-hz or a shorter --duration"
         )
     if args.every and not args.frames:
-        raise BadInputError("--every says how often --frames saves; give --frames FILE.npz as well")
+        raise BadInputError("--every needs --frames FILE.npz; give that as well")
     every = 0
     if args.frames:
         with bad_input("--frames"):
@@ -131,8 +131,8 @@ def design_of(text: str, shape: tuple[int, int, int], phases: int = 1) -> Design
         return written(text, lattice)
     except ValueError as error:
         raise BadInputError(
-            f"{error}, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ, "
-            "and digits from 3 on --phases P"
+            f"{error}, for the lattice {lattice}; give --shape NX NY NZ for another lattice, and "
+            "--phases P for digits above 2"
         ) from None
 
 

@@ -63,7 +63,9 @@ def measured_of(args: Namespace) -> MeasuredReality | None:
     if args.trials is None:
         alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
         if alone:
-            raise BadInputError(f"--{alone[0].replace('_', '-')} is of --trials; give it as well")
+            raise BadInputError(
+                f"--{alone[0].replace('_', '-')} needs --trials DIR; give that as well"
+            )
         return None
     with bad_input("--trials:"):
         return from_trials(some_chosen(read(*args.trials), args), cycles=args.cycles)
@@ -73,7 +75,7 @@ def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
     """Return what `chosen` does; ValueError where that is none."""
     if not (made := chosen(trials, args)):
         raise ValueError(
-            f"none of the {len(trials)} trials is as the options say; softvox trials list shows all"
+            f"none of the {len(trials)} trials matches the options; softvox trials list shows all"
         )
     return made
 

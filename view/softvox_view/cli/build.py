@@ -94,7 +94,7 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, plan, draw, write, then print."""
     if bool(args.designs) == bool(args.top):
-        raise BadInputError("give a DESIGN or several, or --top N; and not both")
+        raise BadInputError("give either designs or --top N")
     designs, shown = _best(args) if args.top else (_given(args), "")
     for option, path in (("--out", args.out), ("--csv", args.csv)):
         if path:
@@ -124,7 +124,7 @@ def run(args: Namespace) -> int:
 def _given(args: Namespace) -> list[Design]:
     """Return the designs that were named."""
     if args.one_per_class:
-        raise BadInputError("--one-per-class is for --top")
+        raise BadInputError("--one-per-class needs --top N; give that instead of designs")
     return [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
 
 
@@ -136,7 +136,9 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
     can_be = buildable(Lattice().digits(table["design"]), Lattice())
     ranks = np.flatnonzero(can_be)[: args.top]
     if args.top > len(ranks):
-        raise BadInputError(f"--top: {len(ranks)} designs can be built, {args.top} were asked for")
+        raise BadInputError(
+            f"--top must be at most {len(ranks)}, the designs that can be built, got {args.top}"
+        )
     left_out = ranks[-1] + 1 - len(ranks)
     if args.one_per_class:
         classes = symmetry_classes()[table["design"][ranks]]

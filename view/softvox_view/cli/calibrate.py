@@ -112,15 +112,15 @@ def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write all files at once, then print."""
     if (bool(args.tracks), bool(args.trials), args.reality is not None).count(True) != 1:
         raise BadInputError(
-            "what is real is said by --tracks FILE.csv, by --trials DIR, or by --reality NAME "
-            "--designs N,N,...; give one of them"
+            "give what is real: one of --tracks FILE.csv, --trials DIR, and --reality NAME "
+            "--designs N,N,..."
         )
     if (args.designs is None) == (args.reality is not None):
         raise BadInputError("--reality NAME and --designs N,N,... belong together; give both")
     if args.duration is not None:
         raise BadInputError(
-            "--duration is that of the real tracks, as many cycles; leave it out, and give "
-            "--frequency-hz for how long a cycle is"
+            "--duration follows from the cycles of the real tracks; leave it out, and give "
+            "--frequency-hz to set how long a cycle is"
         )
     with bad_input("--grid"):
         grid = grid_of(args.grid)
@@ -153,7 +153,7 @@ def run(args: Namespace) -> int:
     print(f"{points.text()}\n\nat the best point:\n{designs.text()}")
     if where is not None:
         told = (f"{k} {v if isinstance(v, str) else f'{v:g}'}" for k, v in known.items())
-        print(f"\nreal: {where.about}\nknown of it: {', '.join(told) or 'nothing'}")
+        print(f"\nreal: {where.about}\ntaken as known: {', '.join(told) or 'nothing'}")
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0

@@ -58,8 +58,7 @@ def read_results(
         name = folder.resolve().name
         if name in named:
             raise BadInputError(
-                f"two folders of results are called {name}, and so would be what is made of them; "
-                "rename one, or take them one after the other"
+                f"two folders of results are called {name}; rename one, or use one at a time"
             )
         try:
             named[name] = read(folder, of_transfer=of_transfer)

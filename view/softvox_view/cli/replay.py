@@ -168,7 +168,7 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write."""
     if bool(args.designs) == bool(args.top):
-        raise BadInputError("give a DESIGN or several, or --top N; and not both")
+        raise BadInputError("give either designs or --top N")
     if len(args.designs) > MOST_DESIGNS:
         raise BadInputError(
             f"{len(args.designs)} designs were given, and at most {MOST_DESIGNS} are shown side by "
@@ -214,9 +214,9 @@ def _labels(results: Mapping[str, Result], i: int) -> list[tuple[str, str]]:
 def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
     """Return the worlds to show designs in, by name: that of the options, then each --versus."""
     if args.top and args.versus:
-        raise BadInputError("--versus shows designs that are given, and --top has none")
+        raise BadInputError("--versus can't be combined with --top; give designs instead")
     if len(args.versus) >= MOST_WORLDS:
-        raise BadInputError(f"at most {MOST_WORLDS - 1} worlds are shown --versus the first")
+        raise BadInputError(f"--versus takes at most {MOST_WORLDS - 1} worlds; give fewer")
     worlds = {named(physics, args.physics): Reality.of(physics)}
     for text in args.versus:
         with bad_input("--versus"):
@@ -261,7 +261,7 @@ def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
     table, classes = landscape(physics), symmetry_classes()
     order = ranking(table)["design"]
     if not len(order):
-        raise BadInputError("--top: no design has a fitness here, all diverge")
+        raise BadInputError("--top: all designs diverge under this physics; give another")
     _, first = np.unique(classes[order], return_index=True)
     designs = order[np.sort(first)[: args.top]]
     every = max(1, round(1 / (LAP * float(physics.frequency_hz) * float(physics.time_step))))
@@ -307,7 +307,7 @@ def _check(args: Namespace) -> None:
     if args.kind in RECORDED and args.width is not None:
         raise BadInputError("--width is for films and .png")
     if args.kind == ".glb" and args.boxes:
-        raise BadInputError("--boxes is for pictures; a .glb holds boxes always")
+        raise BadInputError("--boxes is for pictures; a .glb always has boxes")
     if absent := [module for module in NEEDS[args.kind] if find_spec(module) is None]:
         error = ModuleNotFoundError(name=absent[0])
         raise BadInputError(missing(f"a {args.kind}", error, absent) + ", or make a .html")

@@ -112,12 +112,14 @@ def as_dict(made: Comparison) -> dict[str, Any]:
 def _world(args: Namespace) -> Reality:
     """Return the simulator that the options ask for."""
     if args.duration is not None:
-        raise BadInputError("--duration is that of the trials; leave it out, and give --cycles")
+        raise BadInputError(
+            "--duration follows from the cycles of the trials; leave it out, and give --cycles"
+        )
     physics = physics_of(args)
     if args.reality is None:
         return Reality(named(physics, args.physics), physics)
     if physics != Physics.published():
-        raise BadInputError("--reality and the physics both say what is simulated; give one")
+        raise BadInputError("give either --reality or physics options, not both")
     with bad_input("--reality:"):
         return reality(args.reality)
 

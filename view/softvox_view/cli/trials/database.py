@@ -145,7 +145,7 @@ def run_list(args: Namespace) -> int:
 def run_export(args: Namespace) -> int:
     """Write the file."""
     if args.out.suffix not in FORMS:
-        raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}; name it so")
+        raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}")
     with bad_input("--out"):
         check_file(args.out, force=args.force)
     trials = read_chosen(args)

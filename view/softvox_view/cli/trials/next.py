@@ -90,7 +90,7 @@ def run(args: Namespace) -> int:
     from softvox_search.transfer.registry import REGISTRY
 
     if args.duration is not None:
-        raise BadInputError("--duration is said by --cycles; leave it out")
+        raise BadInputError("--duration follows from the cycles; leave it out, and give --cycles")
     with bad_input("--task:" if args.heading is None else "--heading:"):
         task = Task(args.task, args.heading)
     if args.out:
@@ -171,7 +171,7 @@ def _text(facts: dict[str, Any], table: Section) -> str:
     designs = " ".join(str(row[0]) for row in table.rows)
     lines = [
         f"{facts['method']}, {facts['task']}{along}; {facts['about']}",
-        f"held against {facts['cycles_simulated']:g} simulated cycles",
+        f"compared after {facts['cycles_simulated']:g} simulated cycles",
         "",
     ]
     if not designs:
