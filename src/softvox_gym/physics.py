@@ -222,7 +222,7 @@ class Physics:
     )
     damping_link: Parameter = _spec(1.0, "", NOT_NEGATIVE, "damping ratio of links")
     damping_ground: Parameter = _spec(0.8, "", NOT_NEGATIVE, "damping ratio of the ground")
-    damping_global: Parameter = _spec(0.01, "", NOT_NEGATIVE, "damping ratio of a slow drag")
+    damping_global: Parameter = _spec(0.01, "", NOT_NEGATIVE, "damping ratio of the global drag")
     frequency_hz: Parameter = _spec(
         4.0, "Hz", POSITIVE, "frequency of actuation", 3.999999807746178, slider=(0.5, 12, 0.1)
     )
@@ -233,14 +233,19 @@ class Physics:
         "hold", "", CHOICE, "what active edges do in the negative half cycle", per_design=False
     )
     settle_time: float = _spec(
-        0.25, "s", NOT_NEGATIVE, "time when actuation and measuring start", per_design=False
+        0.25, "s", NOT_NEGATIVE, "time at which actuation and measurement start", per_design=False
     )
     duration: Parameter = _spec(4.0, "s", POSITIVE, "duration of the run, settling included")
     time_step_fraction: Parameter = _spec(
-        0.9, "", STABLE, "time step over the largest stable one", 0.9000000153523451
+        0.9, "", STABLE, "time step as a share of the largest stable one", 0.9000000153523451
     )
     single_precision_rest: bool = _spec(
-        False, "", FLAG, "round the edge that active voxels swing about", True, per_design=False
+        False,
+        "",
+        FLAG,
+        "round the resting edge of active voxels to single precision",
+        True,
+        per_design=False,
     )
 
     @classmethod

@@ -216,7 +216,7 @@ def test_the_command_writes_the_landscape_of_two_phases(tmp_path, capsys, two):
     [
         (["--phases", "5"], "--phases must be at most 4 for a landscape, got 5"),
         (["--phases", "9"], "--phases must be from 1 to 8, got 9"),
-        (["--phases", "2", "--check-step"], "--check-step is for one phase"),
+        (["--phases", "2", "--check-step"], "--check-step works with one phase only"),
     ],
 )
 def test_the_command_refuses_what_it_can_not_do(options, message, tmp_path, capsys):
@@ -230,7 +230,7 @@ def test_other_bits_than_the_published_are_told(tmp_path, capsys, monkeypatch):
     table["dx"][7] += 1
     monkeypatch.setattr("softvox_gym.cli.landscape.phased", lambda *_, **__: table)
     assert main(["landscape", "--phases", "2", "--out", str(tmp_path / "out")]) == 2
-    assert "the bits are not those that were published" in capsys.readouterr().err
+    assert "the landscape differs from the published one" in capsys.readouterr().err
 
 
 def test_millions_of_designs_are_an_archive(tmp_path, capsys, monkeypatch):

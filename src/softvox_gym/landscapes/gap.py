@@ -26,15 +26,16 @@ Array = NDArray[np.float64]
 TRIED = (1, 10, TOP)
 
 MEANING = """\
-tau: Kendall's rank correlation of the fitness here with that in the simulator, over all designs.
-SRCC: Pearson's correlation of the two over the simulator's best 100 (Kadian et al. 2020). kept: how
-many of these are among the best 100 here. best: the best design here, and its fitness in voxel
-widths. regret: of the best in the simulator, of the best here of its best 10, and of its best 100;
-in class terms a robot turned or mirrored counts as the same. directed: the same where the task is
-to travel along a heading, mean over four. Regrets are shares of what the best here is worth.
-turned: of the designs that travel more than 0.25 in both worlds, the share whose heading is off by
-more than 90 degrees; of all, and of the simulator's best 100. diverged: designs that diverge here,
-and so are worth 0.
+"Here" is the reality. tau: Kendall's rank correlation of the fitness here and in the simulator,
+over all designs. SRCC: Pearson's correlation of the two over the simulator's best 100 (Kadian et
+al. 2020). kept: how many of these 100 are among the best 100 here. best: the best design here, and
+its fitness in voxel widths. regret: what is lost here with the simulator's best design, and with
+the best here of its best 10 and of its best 100, as a share of what the best design here is worth.
+class: the first of these, if robots that are equal when turned or mirrored count as the same.
+directed: the regret if the task is to travel along a heading, mean over four headings. turned:
+among designs that travel more than 0.25 voxel widths in both worlds, the share whose heading is off
+by more than 90 degrees; of all designs, and of the simulator's best 100. diverged: the number of
+designs that diverge here; they are worth 0.
 """
 
 COLUMNS = (

@@ -19,11 +19,11 @@ SENSITIVE = (6453, 4295, 6481, 6507)
 
 #: Of the numbers in `levels`.
 MEANING = """\
-tau is Kendall's rank correlation of the mean with the exact fitness, over all designs and over the
-100 fittest without noise; overlap, how many of those are among the 100 with the best mean, and with
-the best 10 % quantile (q10), which no single lucky draw can move; retained, the mean over those of
-mean / exact fitness; diverged, the largest share of draws that diverged, of any design. Mean and
-standard error (+-) are in voxel widths.
+mean: the mean fitness of the best design under noise, with its standard error (+-), in voxel
+widths. tau: Kendall's rank correlation of mean and exact fitness, over all designs and over the 100
+fittest without noise. overlap: how many of these 100 are among the 100 with the best mean, and with
+the best 10 % quantile (q10), which no single lucky draw can move. retained: mean / exact fitness,
+averaged over these 100. diverged: the share of draws that diverged, for the design with most.
 """
 
 

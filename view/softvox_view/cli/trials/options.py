@@ -24,7 +24,7 @@ def add_folders(parser: ArgumentParser) -> None:
         help=f"folders of trials (default: {DEFAULT})",
     )
     parser.add_argument(
-        "--shipped", action="store_true", help="also the trials that ship with the package"
+        "--shipped", action="store_true", help="add the trials that ship with the package"
     )
 
 
@@ -35,7 +35,7 @@ def add_into(parser: ArgumentParser) -> None:
         type=Path,
         default=DEFAULT,
         metavar="DIR",
-        help=f"the folder, which is made where there is none (default: {DEFAULT})",
+        help=f"folder of trials to add to, created if needed (default: {DEFAULT})",
     )
 
 
