@@ -227,7 +227,7 @@ def evaluate(
         The lattice of design numbers and rows of digits; by default 2x2x2. For several phases, a
         `Lattice.of(..., phases=P)`.
     task : str or Task
-        What counts: a task such as `softvox_gym.Task("directed", heading=90.0)`, or the displacement.
+        What counts: the displacement, or `softvox_gym.Task("directed", heading=90.0)`, for example.
     perturbations : sequence of Perturbation
         What varies from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
         `MeasurementNoise(sigma=0.1)`; they act one after another.
