@@ -49,8 +49,8 @@ def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
     The smallest number in the class represents it, as in `Design.canonical`. Read-only.
 
     There are 1665 classes without reflections and 1035 with them, by Burnside's lemma: a symmetry
-    that moves the eight sites in c cycles leaves 3^c designs unchanged. So the numbers are (3^8 + 2
-    * 3^2 + 3^4) / 4, and (3^8 + 2 * 3^2 + 3^4 + 2 * 3^4 + 2 * 3^6) / 8.
+    that moves the eight sites in c cycles leaves 3^c designs unchanged. So the numbers are
+    (3^8 + 2 * 3^2 + 3^4) / 4, and (3^8 + 2 * 3^2 + 3^4 + 2 * 3^4 + 2 * 3^6) / 8.
 
     Source: W. Burnside, Theory of Groups of Finite Order, 2nd ed., 1911, section 145.
     """
