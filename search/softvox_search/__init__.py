@@ -1,10 +1,10 @@
-"""Searchers compared against the known optimum of the 2x2x2 landscape, and beyond it.
+"""Comparison of searchers with the known optimum of the 2x2x2 landscape, and beyond it.
 
-An optimiser is anything with `Searcher`'s three methods, of which `SearcherBase` brings two, or a
-function that calls ``evaluate`` (`FunctionSearcher`). It meets the physics only through an
-`Oracle`, which stands on the Gymnasium vector environment and counts what is spent. `run` lets one
-search, `make` makes one of those that come with the package, and `check` puts any through the
-questions that they all have to answer.
+A searcher is anything with `Searcher`'s three methods, of which `SearcherBase` brings two, or a
+function that calls ``evaluate`` (`FunctionSearcher`). It reaches the physics only through an
+`Oracle`, which wraps the Gymnasium vector environment and counts what is used. `run` runs one
+search, `make` makes one of the searchers that come with the package, and `check` tests whether a
+searcher follows the protocol.
 """
 
 from softvox_search.conformance import check
