@@ -174,7 +174,7 @@ def test_the_strips_show_distance_and_true_volume_in_step(page, result):
         start, now = (Motion.of(result, 0).pose(k).position.mean(axis=0) for k in (24, frame))
         gone = np.hypot(*(now - start)[:2]) if frame > 24 else 0.0
         assert captions[0].text == f"distance, voxel widths: {gone:.2f}"
-        assert captions[1].text == f"volume, of that at rest: {np.nanmean(edge**3):.2f}"
+        assert captions[1].text == f"volume, relative to rest: {np.nanmean(edge**3):.2f}"
     assert np.nanmean(result.frames.edge[0, 30] ** 3) > 1.3e-6  # it is not at rest all the time
     lowest = asked(
         page,
@@ -193,7 +193,7 @@ def test_volume_counts_from_what_was_built(page):
         player.load({ ...data, robots });""",
     )
     caption = page.find_elements("css selector", ".softvox-strips figcaption")[1]
-    assert caption.text == "volume, of that at rest: 1.00"
+    assert caption.text == "volume, relative to rest: 1.00"
 
 
 def test_the_floor_is_dark_where_the_page_is(page):

@@ -5,7 +5,7 @@ const MOST_CYCLES = 60; // with more, their lines would be a grey area
 
 const STRIPS = {
   distance: { of: (body, frame) => body.gone(frame), least: [0, 0.1], word: "distance, voxel widths" },
-  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, of that at rest" },
+  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, relative to rest" },
 };
 
 /** The colour of a robot's line, in a recording of so many. */
