@@ -151,6 +151,12 @@ def test_a_sheet_says_what_the_simulator_expects():
     assert "no heading" in words_of(sheet("passive"))
 
 
+def test_a_heading_just_below_0_has_no_sign():
+    facts = facts_of([ROBOTS["the best"]])[0]
+    assert replace(facts, heading=-0.3).way == "0\N{DEGREE SIGN}"
+    assert replace(facts, heading=-0.6).way == "\N{MINUS SIGN}1\N{DEGREE SIGN}"
+
+
 def test_the_map_shows_the_heading_from_above():
     """6453 goes to the lower left there, and 4295 to the upper right."""
     for name, sign in (("the best", -1), ("the second", 1)):

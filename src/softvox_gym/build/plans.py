@@ -184,7 +184,7 @@ class _Body:
         )
         active = [pair for pair in self.bonds if min(map(self.digits.__getitem__, pair)) >= ACTIVE]
         self.holes = tuple((a, b) for a, b in active if self.digits[a] == self.digits[b])
-        self.torn = [pair for pair in active if pair not in self.holes]
+        self.torn = [(a, b) for a, b in active if self.digits[a] != self.digits[b]]
         self.care: list[str] = []
         self.groups = tuple(self._groups())
 

@@ -163,7 +163,7 @@ class Trial:
         if is_simulated and changed["voxel_cm"] != SIMULATED_VOXEL_CM:
             raise TrialError("simulated robots have voxels of 1 cm; give voxel_cm=1")
         end = float(changed["cycle"][-1])
-        cycles = changed["cycles"] = round(changed.get("cycles", end), PLACES["cycle"])
+        cycles = changed["cycles"] = float(_rounded("cycle", changed.get("cycles", end)))
         if cycles < end:
             raise TrialError(
                 f"cycles is {cycles:g}, and the track goes on to {end:g}; give all cycles of the "
@@ -337,9 +337,14 @@ def _array(name: str, values: ArrayLike, ndim: int) -> Array:
         raise TrialError(f"{name} must be an array of {ndim} dimensions, got {array.ndim}")
     if not (np.abs(array) <= _LARGEST).all():
         raise TrialError(f"{name} must be finite numbers of at most a million; leave others out")
-    array = np.round(array, PLACES[name]) + 0.0  # no negative zero
+    array = _rounded(name, array)
     array.flags.writeable = False
     return array
+
+
+def _rounded(name: str, values: ArrayLike) -> Array:
+    """Return numbers as files have them; ties go where numpy sends them, not where Python does."""
+    return np.asarray(np.asarray(values).round(PLACES[name]) + 0.0)  # no negative zero
 
 
 def _check_text(name: str, value: Any, *, is_needed: bool) -> None:
