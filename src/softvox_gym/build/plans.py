@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from string import ascii_uppercase
 
 import numpy as np
 
 from softvox_gym.design import ABSENT, ACTIVE, Design, DesignLike, actuators, closed_hollows
-from softvox_gym.landscapes.section import counted
+from softvox_gym.landscapes.section import counted, some
 from softvox_gym.lattice import FACES
 
 Vector = tuple[int, int, int]
@@ -29,6 +30,7 @@ _AROUND = [way for way in product((-1, 0, 1), repeat=3) if sum(map(abs, way)) > 
 
 #: So many voxels, or faults of a kind, are named one by one.
 MOST_NAMED = 6
+_some = partial(some, most=MOST_NAMED)
 
 #: Before the slices are stacked, of every slice with active voxels.
 LEAK_CHECK = (
@@ -140,7 +142,7 @@ def plan(design: DesignLike) -> Plan:
 
 def places(design: Design, sites: Iterable[int]) -> str:
     """Return sites as people read them: (0,1,0), (1,1,0)."""
-    return _some(["({},{},{})".format(*design.lattice.place(site)) for site in sites])
+    return _some("({},{},{})".format(*design.lattice.place(site)) for site in sites)
 
 
 def digits_of(design: Design) -> str:
@@ -192,7 +194,7 @@ class _Body:
         return places(self.design, sites)
 
     def pairs(self, pairs: Iterable[tuple[int, int]]) -> str:
-        return _some([f"{self.named([a])}-{self.named([b])}" for a, b in pairs])
+        return _some(f"{self.named([a])}-{self.named([b])}" for a, b in pairs)
 
     def _groups(self) -> Iterator[Group]:
         """Yield the actuator groups, each with its inlet, and note what needs care about that."""
@@ -248,7 +250,7 @@ class _Body:
             ]
             touch = f"share an edge or a corner only, {self.pairs(near)}, and no face to bond"
             yield (
-                f"it is {len(pieces)} pieces, {_some([*map(self.named, pieces)], ' | ')}, that "
+                f"it is {len(pieces)} pieces, {_some(map(self.named, pieces), ' | ')}, that "
                 f"{touch if near else 'do not touch'}"
             )
         if self.torn:
@@ -283,7 +285,7 @@ class _Body:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
                 first = z * flat.lattice.sites
-                shown = _some([self.named(first + site for site in part) for part in parts], " | ")
+                shown = _some((self.named(first + site for site in part) for part in parts), " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: lay them "
                     "out as drawn until the slices are stacked"
@@ -351,9 +353,3 @@ def _letters(number: int) -> str:
     """Return the name of a group: A ... Z, AA, AB, ..."""
     more, last = divmod(number, len(ascii_uppercase))
     return (_letters(more - 1) if more else "") + ascii_uppercase[last]
-
-
-def _some(words: Sequence[str], comma: str = ", ") -> str:
-    """Return a list that is cut where it gets long."""
-    more = len(words) - MOST_NAMED
-    return comma.join(words[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
