@@ -10,6 +10,7 @@ from tempfile import mkdtemp
 from typing import Any
 
 from softvox_gym.cli.terminal import bad_input, complain
+from softvox_gym.cli.trials import add_shipped
 from softvox_gym.files import check_file, write_file
 from softvox_gym.trials import Trial
 from softvox_gym.trials.database import read, shipped
@@ -57,9 +58,7 @@ def add_parser(commands: Any) -> None:
         help="a folder of trials, whose tracks are drawn beside the simulated ones; may be given "
         "several times",
     )
-    parser.add_argument(
-        "--shipped", action="store_true", help="also the trials that ship with the package"
-    )
+    add_shipped(parser)
     parser.set_defaults(run=run, parser=parser)
 
 

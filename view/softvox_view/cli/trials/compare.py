@@ -9,16 +9,15 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from softvox_gym.cli.parser import add_cycles, add_physics, add_threads, named, physics_of
+from softvox_gym.cli.parser import add_physics, add_threads, named, physics_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters
+from softvox_gym.cli.trials import add_cycles, add_filters, add_folders, read_chosen
 from softvox_gym.files import check_folder, write_folder
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials.comparison import MEANING, Comparison, compare
 from softvox_view.cli.options import import_figures
-from softvox_view.cli.trials.options import add_folders, read_chosen
 
 TABLE, PAGE = "comparison.csv", "compare.html"
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from softvox_gym import Reality, Task
 from softvox_gym.build import bill, plan
-from softvox_gym.cli.parser import add_cycles, add_physics, physics_of, whole_number
+from softvox_gym.cli.parser import add_physics, physics_of, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters
+from softvox_gym.cli.trials import add_cycles, add_filters, add_folders, read_chosen
 from softvox_gym.design import Design
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
@@ -23,7 +23,6 @@ from softvox_gym.real_tracks import heading
 from softvox_gym.trials.measured import for_cycles
 from softvox_search.cli.options import add_method_options, options_given
 from softvox_view.cli.build import check_form, sheets_of
-from softvox_view.cli.trials.options import add_folders, read_chosen
 
 if TYPE_CHECKING:
     from softvox_search.transfer.next import Proposal
