@@ -93,19 +93,6 @@ def floors(package: str) -> list[list[str]]:
     return built
 
 
-def wrong_ways() -> list[str]:
-    """Return the modules that import a package above their own."""
-    order = list(PACKAGES)
-    return [
-        f"{path.relative_to(ROOT)} imports {owner}"
-        for package in PACKAGES
-        for paths in rooms(package).values()
-        for path in paths
-        for owner, _ in imports(path)
-        if order.index(owner) > order.index(package)
-    ]
-
-
 def drawn() -> str:
     """Return the picture as SVG."""
     rows: list[tuple[str, str, list[str]]] = []

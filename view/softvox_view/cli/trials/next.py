@@ -141,27 +141,19 @@ def run(args: Namespace) -> int:
 
 def _table(made: Sequence[Proposal]) -> Section:
     """Return the proposals, the first choice first."""
-    has_way = any(one.displacement is not None for one in made)
-    columns = (
-        Column("design", "design"),
-        Column("digits"),
-        Column("reward", "expected", ".2f"),
-        Column("spread", "spread", ".2f"),
-        Column("heading", "heading" if has_way else "", ".0f"),
-        Column("simulated", "simulated", ".2f"),
-        Column("displacement"),
-        Column("why", "why"),
-    )
-    rows = []
-    for one in made:
-        way = None if one.displacement is None else one.displacement[:2]
-        more = {
-            "digits": Design(one.design).digits,
-            "heading": None if way is None else plain(heading(way)),
-            "displacement": None if way is None else way.tolist(),
-        }
-        rows.append(tuple((vars(one) | more)[column.key] for column in columns))
-    return Section(columns=columns, rows=rows)
+    ways = [None if one.displacement is None else one.displacement[:2] for one in made]
+    headings = [None if way is None else plain(heading(way)) for way in ways]
+    table = {
+        Column("design", "design"): [one.design for one in made],
+        Column("digits"): [Design(one.design).digits for one in made],
+        Column("reward", "expected", ".2f"): [one.reward for one in made],
+        Column("spread", "spread", ".2f"): [one.spread for one in made],
+        Column("heading", "heading" if any(w is not None for w in ways) else "", ".0f"): headings,
+        Column("simulated", "simulated", ".2f"): [one.simulated for one in made],
+        Column("displacement"): [None if way is None else way.tolist() for way in ways],
+        Column("why", "why"): [one.why for one in made],
+    }
+    return Section(columns=list(table), rows=list(zip(*table.values(), strict=True)))
 
 
 def _text(facts: dict[str, Any], table: Section) -> str:
