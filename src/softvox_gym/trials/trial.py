@@ -242,7 +242,7 @@ class Trial:
         """
         known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
         lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
-        points = ",\n".join(map(_json, self.track))
+        points = _json(self.track)[1:-1].replace("], [", "],\n[")
         return ("{\n" + ",\n".join([*lines, f'"track": [\n{points}\n]']) + "\n}\n").encode()
 
     @property
@@ -258,7 +258,7 @@ class Trial:
     def track(self) -> list[list[float]]:
         """The track of its file: cycle, x and y of each point."""
         points = np.column_stack([self.cycle, self.position]).tolist()
-        return [_plain(point) for point in points]
+        return [[int(at) if at.is_integer() else at for at in point] for point in points]
 
     @cached_property
     def digest(self) -> str:
@@ -407,9 +407,7 @@ def _provenance(values: Any) -> dict[str, str | float]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value whose whole numbers are ints, so that they are written one way."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    return int(value) if isinstance(value, float) and value.is_integer() else value
+    """Return a number as an int where it is whole, so that it is written one way."""
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value
