@@ -16,11 +16,10 @@ from softvox_gym.design import Design
 from softvox_gym.landscapes.analysis.graph import read_only
 from softvox_gym.landscapes.section import counted, some
 from softvox_gym.lattice import Lattice
-from softvox_gym.noise import Trials, not_negative
+from softvox_gym.noise import not_negative
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
-from softvox_gym.simulation import Result
 from softvox_gym.trials.trial import Condition, Trial
 
 Array = NDArray[np.float64]
@@ -174,9 +173,7 @@ class MeasuredReality(Reality):
                 f"{some(self.designs.tolist())}"
             )
 
-    def trials(
-        self, design: NDArray[np.uint8], k: int = 1, *, phase: ArrayLike | None = None
-    ) -> Trials:
+    def trials(self, design: NDArray[np.uint8], *_: object, **__: object) -> NoReturn:
         """Refuse, as all that simulates designs asks for these: there is no physics to try them in.
 
         Raises
@@ -186,13 +183,10 @@ class MeasuredReality(Reality):
         """
         if design.any() and Lattice(*design.shape) == LATTICE:
             self.check_measured(Design(design).index)
-        self._refuse()
+        self.run()
 
-    def run(self, stack: NDArray[np.uint8], trials: Trials | None, **options: Any) -> Result:
+    def run(self, *_: object, **__: object) -> NoReturn:
         """Refuse, as `trials` does."""
-        self._refuse()
-
-    def _refuse(self) -> NoReturn:
         raise ValueError(
             f"reality {self.name} was measured and can't be simulated; displacement and tracks "
             f"have what is known, of the designs {some(self.designs.tolist())}"
