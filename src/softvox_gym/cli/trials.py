@@ -55,7 +55,7 @@ def add_folders(parser: ArgumentParser) -> None:
 def add_shipped(parser: ArgumentParser) -> None:
     """Add --shipped."""
     parser.add_argument(
-        "--shipped", action="store_true", help="also the trials that ship with the package"
+        "--shipped", action="store_true", help="add the trials that ship with the package"
     )
 
 
@@ -66,7 +66,7 @@ def add_into(parser: ArgumentParser) -> None:
         type=Path,
         default=DEFAULT,
         metavar="DIR",
-        help=f"the folder, which is made where there is none (default: {DEFAULT})",
+        help=f"folder of trials to add to, created if needed (default: {DEFAULT})",
     )
 
 
@@ -76,7 +76,7 @@ def add_cycles(parser: Any) -> None:
         "--cycles",
         type=cycles,
         metavar="N",
-        help="after how many real and simulated robots are looked at, or REAL:SIMULATED, as 90:23 "
+        help="compare real and simulated robots after N cycles, or after REAL:SIMULATED, as 90:23 "
         "(default: as many as the shortest run has)",
     )
 
