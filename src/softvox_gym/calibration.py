@@ -7,6 +7,7 @@ RoboSoft 2020, who searched over pairs of friction coefficients.
 from __future__ import annotations
 
 import difflib
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -70,27 +71,16 @@ def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
         If the text has another form, or names an axis twice.
     """
     grid: dict[str, tuple[float, ...] | None] = {}
-    name = ""
-    for part in text.split(","):
-        head, has_values, values = part.rpartition("=")
-        if has_values or not (grid.get(name) and _is_number(part)):
-            name = (head if has_values else part).strip().replace("-", "_")
-            if not name:
-                raise ValueError("there is nothing between two commas; name an axis, as friction")
-            if name in grid:
-                raise ValueError(f"{name} is in the grid twice; give all its values at once")
-            grid[name] = None
-        if has_values or grid[name]:
-            grid[name] = (*(grid[name] or ()), *_values(name, values))
+    for part in re.split(r",(?!\s*[-+.0-9])", text):  # the others are between values of an axis
+        name, has_values, values = part.partition("=")
+        name = name.strip().replace("-", "_")
+        if not name:
+            raise ValueError("there is nothing between two commas; name an axis, as friction")
+        if name in grid:
+            raise ValueError(f"{name} is in the grid twice; give all its values at once")
+        own = (value for one in values.split(",") for value in _values(name, one))
+        grid[name] = tuple(own) if has_values else None
     return grid
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _values(name: str, text: str) -> tuple[float, ...]:

@@ -92,18 +92,18 @@ def _read_json(content: bytes, _: object) -> Body:
         raise ValueError(f"is no design: JSON with the format {FORMAT!r}, as Design.save writes it")
     if type(data.get("version")) is not int or data["version"] != VERSION:
         raise ValueError(
-            f"is a design of version {_shown(data.get('version'))}, and this package reads "
+            f"is a design of version {shown(data.get('version'))}, and this package reads "
             f"{VERSION}; install one that reads it"
         )
     # What a key says that is not known here may make it another robot.
     phases = data.pop("phases", 1)
     if others := sorted(data.keys() ^ {"format", "version", "shape", "digits"}):
-        raise ValueError(f"has or lacks the key {_shown(others[0])}; save the design anew")
+        raise ValueError(f"has or lacks the key {shown(others[0])}; save the design anew")
     shape, digits = data["shape"], data["digits"]
     if not (isinstance(shape, list) and all(type(side) is int for side in shape)):
-        raise ValueError(f"shape must be three whole numbers, got {_shown(shape)}")
+        raise ValueError(f"shape must be three whole numbers, got {shown(shape)}")
     if type(phases) is not int:
-        raise ValueError(f"phases must be a whole number, got {_shown(phases)}")
+        raise ValueError(f"phases must be a whole number, got {shown(phases)}")
     lattice = Lattice.of(shape, phases=phases)
     return _body(lattice, digits, {str(digit): digit for digit in range(lattice.states)})
 
@@ -113,14 +113,18 @@ def _body(lattice: Lattice, text: Any, digits: Mapping[str, int]) -> Body:
     if not isinstance(text, str) or len(text) != lattice.sites or set(text) - set(digits):
         raise ValueError(
             f"a {lattice} design must be {lattice.sites} digits {', '.join(digits)}, got "
-            f"{_shown(text)}"
+            f"{shown(text)}"
         )
     rows = np.array([digits[character] for character in text], dtype=np.uint8)
     return lattice.to_stack(rows), lattice
 
 
-def _shown(value: Any) -> str:
-    text = repr(value)
+def shown(value: Any) -> str:
+    """Return the beginning of a value as Python writes it, whatever it is, for an error."""
+    try:
+        text = repr(value[:40] if isinstance(value, str) else value)
+    except (ValueError, RecursionError):  # a number of thousands of digits, or lists in lists
+        text = f"a {type(value).__name__}"
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
@@ -150,14 +154,14 @@ def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
     if vxc is None or structure is None:
         raise ValueError("is no .vxa: it has no VXC with a Structure")
     if (compression := structure.get("Compression")) != READABLE:
-        raise ValueError(f"has compression {_shown(compression)}; save it as {READABLE}")
+        raise ValueError(f"has compression {shown(compression)}; save it as {READABLE}")
     shape = [_number(structure, f"{axis}_Voxels", int) for axis in "XYZ"]
     layers = ["".join((layer.text or "").split()) for layer in structure.findall("Data/Layer")]
     lattice = Lattice.of(shape)
     if [len(layer) for layer in layers] != [lattice.nx * lattice.ny] * lattice.nz:
         raise ValueError(
             f"must have {lattice.nz} layers of {lattice.nx * lattice.ny} voxels each, has "
-            f"{_shown([len(layer) for layer in layers])}"
+            f"{shown([len(layer) for layer in layers])}"
         )
     known = {0: 0, **{_id(one): _digit(one) for one in vxc.findall("Palette/Material")}}
     known |= {} if materials is None else materials
@@ -166,7 +170,7 @@ def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
     text = "".join(layers)
     if unknown := set(text) - set(map(str, known)):
         raise ValueError(
-            f"has voxels of material {_shown(min(unknown))}, which its palette lacks; say what it "
+            f"has voxels of material {shown(min(unknown))}, which its palette lacks; say what it "
             "is with materials={...}"
         )
     return _body(lattice, text, {str(number): digit for number, digit in known.items()})
@@ -174,7 +178,7 @@ def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
 
 def _id(material: ElementTree.Element) -> int:
     if not re.fullmatch("[1-9]", number := material.get("ID", "")):
-        raise ValueError(f"has a material of ID {_shown(number)}; 1 to 9 are read")
+        raise ValueError(f"has a material of ID {shown(number)}; 1 to 9 are read")
     return int(number)
 
 
@@ -191,7 +195,7 @@ def _number(element: ElementTree.Element, name: str, kind: Callable[[str], Any])
             return number
     except ValueError:
         pass
-    raise ValueError(f"{name} must be a number, got {_shown(text)}")
+    raise ValueError(f"{name} must be a number, got {shown(text)}")
 
 
 _KINDS: Mapping[str, tuple[Callable[..., str], Callable[..., Body]]] = {

@@ -11,7 +11,6 @@ import pytest
     [
         ("softvox_gym.envs.single", 1),
         ("softvox_gym.trials.trial", 1),
-        ("softvox_gym.trials.export", 1),
         ("softvox_gym.envs.vector", 1),
         ("softvox_gym.envs.control", 2),
         ("softvox_gym.envs.growth", 2),

@@ -11,7 +11,7 @@ from pseudo_trials import NINE, trials_in
 
 from softvox_gym import Design, Physics, Reality, evaluate, landscape, reality
 from softvox_gym.calibration import calibrate, known_of, tracks_of
-from softvox_gym.cli.parser import cycles
+from softvox_gym.cli.trials import cycles
 from softvox_gym.landscapes.gap import row
 from softvox_gym.noise import Jakobi
 from softvox_gym.trials import Trial, measured

@@ -132,6 +132,7 @@ def test_numbers_are_kept_to_a_micrometre_whatever_type_they_have():
     )
     assert made == trial(position=[[0, 0], [0.1, 0.05], [0.3, -0.1]])
     assert trial(cycle=[0, 1, 89.999999]).cycles == 90
+    assert trial(cycle=[0, 1, 3.983675], cycles=3.983675).cycles == 3.98368
     assert made.displacement.tolist() == [0.3 / 1.5, -0.1 / 1.5]
 
 

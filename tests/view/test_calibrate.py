@@ -77,7 +77,9 @@ def test_tracks_from_a_file_are_told_with_their_trials(real, capsys):
 
 def test_a_folder_gets_the_figures_and_their_tables(real, tmp_path):
     out = tmp_path / "out"
-    softvox_calibrate("--tracks", real, "--grid", GRID, "--out", out)
+    out.mkdir()
+    (out / "calibration_tracks_2.png").write_text("a page of an earlier one, of more designs")
+    softvox_calibrate("--tracks", real, "--grid", GRID, "--out", out, "--force")
     assert sorted(path.name for path in out.iterdir()) == [
         "calibration.csv",
         "calibration.pdf",

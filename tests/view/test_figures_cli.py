@@ -57,7 +57,7 @@ def test_real_tracks_are_compared_on_the_terminal_and_in_a_table(tmp_path, capsy
 
 
 def test_no_page_of_an_earlier_figure_is_left_beside_a_new_one(tmp_path, monkeypatch):
-    for name in ("tracks_2.png", "tracks_3.pdf", "tracks_simulated.csv", "mine_2.png"):
+    for name in ("tracks_2.png", "tracks_3.png", "tracks_simulated.csv", "mine_2.png"):
         (tmp_path / name).write_text("earlier")
     made = Drawing({}, tables={"tracks.png": b"drawn", "tracks_2.png": b"drawn"})
     monkeypatch.setattr(command, "make", lambda name, _: made)

@@ -136,6 +136,16 @@ def test_a_hole_is_on_the_face_that_two_active_neighbours_share():
     assert len(middles) == 2  # that, and the one of the key
 
 
+def test_the_name_of_a_group_stands_beside_its_arrow_however_long_it_is():
+    design = Design("2" * 27, shape=(1, 1, 27))
+    last = draw_sheet(plan(design), facts_of([design])[0])[1]
+    named = [text for text in texts_of(last) if text.get_text() == "AA"]
+    (name,) = (text for text in named if (text.get_size(), text.get_weight()) == (SIZE, "bold"))
+    left = name.get_window_extent(last.canvas.get_renderer()).x0 / last.dpi
+    tails = [text.xyann for text in name.axes.texts if hasattr(text, "xyann")]
+    assert left > max(x for x, y in tails if y == pytest.approx(name.get_position()[1]))
+
+
 def test_a_sheet_says_what_the_simulator_expects():
     (facts, still) = facts_of([Design(6453), Design("11110000")])
     table = softvox_gym.landscape()
@@ -149,6 +159,12 @@ def test_a_sheet_says_what_the_simulator_expects():
     assert f"{facts.fitness:.2f} voxel widths, \N{MINUS SIGN}135\N{DEGREE SIGN}" in words
     assert "1.01 1.72 1.01 1.01" in words
     assert "no heading" in words_of(sheet("passive"))
+
+
+def test_a_heading_just_below_0_has_no_sign():
+    facts = facts_of([ROBOTS["the best"]])[0]
+    assert replace(facts, heading=-0.3).way == "0\N{DEGREE SIGN}"
+    assert replace(facts, heading=-0.6).way == "\N{MINUS SIGN}1\N{DEGREE SIGN}"
 
 
 def test_the_map_shows_the_heading_from_above():

@@ -10,9 +10,9 @@ import pytest
 
 from softvox_gym import Design
 from softvox_gym.cli import main
+from softvox_gym.cli import trials as options
 from softvox_gym.trials import Trial, database
 from softvox_gym.trials.export import as_json_lines
-from softvox_view.cli.trials import options
 
 #: Runs that nobody made, of numbers that are easy to read in a table.
 MEASURED = Trial(

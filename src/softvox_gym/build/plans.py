@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from string import ascii_uppercase
 
 import numpy as np
 
 from softvox_gym.design import ABSENT, ACTIVE, Design, DesignLike, actuators, closed_hollows
-from softvox_gym.landscapes.section import counted
+from softvox_gym.landscapes.section import counted, some
 from softvox_gym.lattice import FACES
 
 Vector = tuple[int, int, int]
@@ -29,6 +30,7 @@ _AROUND = [way for way in product((-1, 0, 1), repeat=3) if sum(map(abs, way)) > 
 
 #: Up to this many voxels, or faults of a kind, are listed one by one.
 MOST_NAMED = 6
+_some = partial(some, most=MOST_NAMED)
 
 #: Steps for every slice with active voxels, before the slices are stacked.
 LEAK_CHECK = (
@@ -142,7 +144,7 @@ def plan(design: DesignLike) -> Plan:
 
 def places(design: Design, sites: Iterable[int]) -> str:
     """Return sites as text: (0,1,0), (1,1,0)."""
-    return _some(["({},{},{})".format(*design.lattice.place(site)) for site in sites])
+    return _some("({},{},{})".format(*design.lattice.place(site)) for site in sites)
 
 
 def digits_of(design: Design) -> str:
@@ -186,7 +188,7 @@ class _Body:
         )
         active = [pair for pair in self.bonds if min(map(self.digits.__getitem__, pair)) >= ACTIVE]
         self.holes = tuple((a, b) for a, b in active if self.digits[a] == self.digits[b])
-        self.torn = [pair for pair in active if pair not in self.holes]
+        self.torn = [(a, b) for a, b in active if self.digits[a] != self.digits[b]]
         self.care: list[str] = []
         self.groups = tuple(self._groups())
 
@@ -194,7 +196,7 @@ class _Body:
         return places(self.design, sites)
 
     def pairs(self, pairs: Iterable[tuple[int, int]]) -> str:
-        return _some([f"{self.named([a])}-{self.named([b])}" for a, b in pairs])
+        return _some(f"{self.named([a])}-{self.named([b])}" for a, b in pairs)
 
     def _groups(self) -> Iterator[Group]:
         """Yield the actuator groups, each with its inlet, and note points that need care."""
@@ -250,7 +252,7 @@ class _Body:
             ]
             touch = f"share an edge or a corner only, {self.pairs(near)}, and no face to bond"
             yield (
-                f"it is {len(pieces)} pieces, {_some([*map(self.named, pieces)], ' | ')}, that "
+                f"it is {len(pieces)} pieces, {_some(map(self.named, pieces), ' | ')}, that "
                 f"{touch if near else 'do not touch'}"
             )
         if self.torn:
@@ -285,7 +287,7 @@ class _Body:
             flat = Design((self.design.array[:, :, z : z + 1] != ABSENT).astype(np.uint8))
             if len(parts := flat.components) > 1:
                 first = z * flat.lattice.sites
-                shown = _some([self.named(first + site for site in part) for part in parts], " | ")
+                shown = _some((self.named(first + site for site in part) for part in parts), " | ")
                 yield (
                     f"slice z = {z} is {len(parts)} parts, {shown}, that share no face: lay them "
                     "out as drawn until the slices are stacked"
@@ -353,9 +355,3 @@ def _letters(number: int) -> str:
     """Return the name of a group: A ... Z, AA, AB, ..."""
     more, last = divmod(number, len(ascii_uppercase))
     return (_letters(more - 1) if more else "") + ascii_uppercase[last]
-
-
-def _some(words: Sequence[str], comma: str = ", ") -> str:
-    """Return a list in words, shortened if it is long."""
-    more = len(words) - MOST_NAMED
-    return comma.join(words[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

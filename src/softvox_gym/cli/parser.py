@@ -13,7 +13,6 @@ from typing import Any, NoReturn
 
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
-from softvox_gym.real_tracks import MOST_CYCLES
 from softvox_gym.realities import Reality, reality
 
 #: Negative numbers that argparse takes for options.
@@ -74,28 +73,6 @@ def whole_number(text: str) -> int:
             f"must be a whole number above 0 and at most {10**9 - 1}, got {text}"
         )
     return int(text)
-
-
-def cycles(text: str) -> tuple[float, float]:
-    """Read after how many cycles robots are looked at: N, or REAL:SIMULATED."""
-    parts = text.split(":")
-    real, simulated = (number(part) for part in (parts * 2)[:2])
-    if len(parts) > 2 or not (0 < real <= MOST_CYCLES and 0 < simulated <= MOST_CYCLES):
-        raise argparse.ArgumentTypeError(
-            f"must be N or REAL:SIMULATED, above 0 and at most {MOST_CYCLES}, got {text}"
-        )
-    return real, simulated
-
-
-def add_cycles(parser: Any) -> None:
-    """Add --cycles."""
-    parser.add_argument(
-        "--cycles",
-        type=cycles,
-        metavar="N",
-        help="compare real and simulated robots after N cycles, or after REAL:SIMULATED, as 90:23 "
-        "(default: as many as the shortest run has)",
-    )
 
 
 def add_shape(parser: argparse.ArgumentParser) -> None:

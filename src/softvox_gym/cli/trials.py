@@ -1,25 +1,29 @@
-"""Options that name trials: --trials of commands that take them for real, and which of them."""
+"""Options that name trials: folders of them, which of them, and the cycles that are compared."""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from softvox_gym.cli.parser import add_cycles, number
+from softvox_gym.cli.parser import number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
-from softvox_gym.trials.database import read
-from softvox_gym.trials.measured import MeasuredReality, from_trials
+from softvox_gym.real_tracks import MOST_CYCLES
+from softvox_gym.trials.database import read, shipped
+from softvox_gym.trials.measured import MeasuredReality, from_trials, pair
 from softvox_gym.trials.trial import Trial
 
+#: Where trials are, unless something else is said; in the current folder.
+DEFAULT = Path("trials")
+
 #: Options whose fact of a trial has to be as they say, and those whose text it has to contain.
-EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz"}
+EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz", "simulated_in": "reality"}
 CONTAINED = ("surface", "powder", "who")
 
 #: What `add_filters` adds.
-FILTERS = ("design", "lattice", "simulated_in", *EQUAL, *CONTAINED)
+FILTERS = ("design", "lattice", *EQUAL, *CONTAINED)
 
 
 def add_trials(parser: ArgumentParser) -> None:
@@ -34,6 +38,58 @@ def add_trials(parser: ArgumentParser) -> None:
     )
     add_cycles(group)
     add_filters(group)
+
+
+def add_folders(parser: ArgumentParser) -> None:
+    """Add the folders to read, and --shipped."""
+    parser.add_argument(
+        "folders",
+        type=Path,
+        nargs="*",
+        metavar="DIR",
+        help=f"folders of trials (default: {DEFAULT})",
+    )
+    add_shipped(parser)
+
+
+def add_shipped(parser: ArgumentParser) -> None:
+    """Add --shipped."""
+    parser.add_argument(
+        "--shipped", action="store_true", help="add the trials that ship with the package"
+    )
+
+
+def add_into(parser: ArgumentParser) -> None:
+    """Add --into, the folder to write."""
+    parser.add_argument(
+        "--into",
+        type=Path,
+        default=DEFAULT,
+        metavar="DIR",
+        help=f"folder of trials to add to, created if needed (default: {DEFAULT})",
+    )
+
+
+def add_cycles(parser: Any) -> None:
+    """Add --cycles."""
+    parser.add_argument(
+        "--cycles",
+        type=cycles,
+        metavar="N",
+        help="compare real and simulated robots after N cycles, or after REAL:SIMULATED, as 90:23 "
+        "(default: as many as the shortest run has)",
+    )
+
+
+def cycles(text: str) -> tuple[float, float]:
+    """Read after how many cycles robots are looked at: N, or REAL:SIMULATED."""
+    parts = [number(part) for part in text.split(":")]
+    try:
+        return pair(parts)
+    except ValueError:
+        raise ArgumentTypeError(
+            f"must be N or REAL:SIMULATED, above 0 and at most {MOST_CYCLES}, got {text}"
+        ) from None
 
 
 def add_filters(parser: Any) -> None:
@@ -68,10 +124,29 @@ def measured_of(args: Namespace) -> MeasuredReality | None:
             )
         return None
     with bad_input("--trials:"):
-        return from_trials(some_chosen(read(*args.trials), args), cycles=args.cycles)
+        return from_trials(_some_chosen(read(*args.trials), args), cycles=args.cycles)
 
 
-def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
+def folders_of(args: Namespace) -> list[Path]:
+    """Return the folders that `add_folders` names; with --shipped, the default may be missing."""
+    own = args.folders or ([] if args.shipped and not DEFAULT.exists() else [DEFAULT])
+    return [*own, shipped()] if args.shipped else own
+
+
+def read_chosen(args: Namespace) -> list[Trial]:
+    """Read the trials that the options name and choose; none where there are none.
+
+    Raises
+    ------
+    BadInputError
+        Where a folder is missing or has a fault, or none is chosen of those that there are.
+    """
+    with bad_input():
+        every = read(*folders_of(args))
+        return _some_chosen(every, args) if every else []
+
+
+def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
     """Return what `chosen` does; ValueError where that is none."""
     if not (made := chosen(trials, args)):
         raise ValueError(
@@ -87,7 +162,6 @@ def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
         for trial in trials
         if args.design in (None, str(called(trial.design)), trial.design.digits)
         and args.lattice in (None, str(trial.design.lattice))
-        and args.simulated_in in (None, trial.reality)
         and all(vars(args)[name] in (None, getattr(trial, key)) for name, key in EQUAL.items())
         and all(
             (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()

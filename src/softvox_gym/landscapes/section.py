@@ -122,6 +122,13 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
+def some(values: Iterable[Any], comma: str = ", ", *, most: int = 9) -> str:
+    """Return a list in words, of many the first, as 1, 2 and 7 more."""
+    words = [str(value) for value in values]
+    more = len(words) - most
+    return comma.join(words[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def aligned(rows: Iterable[Sequence[str]]) -> list[str]:
     """Return lines with columns of equal width, the first to the left, the others to the right."""
     table = list(rows)

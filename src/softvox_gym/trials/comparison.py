@@ -44,6 +44,9 @@ SHORT = 0.02
 #: Points of each track that dynamic time warping matches; designs that a correlation takes.
 SAMPLES, LEAST = 200, 4
 
+#: Pairs of tracks that are warped at once; a few megabytes.
+AT_ONCE = 16
+
 #: What is told of two tracks: heading and places for people, "" for what is for programs only.
 ERRORS = {
     "distance_error": ("", ".2f"),
@@ -129,16 +132,18 @@ class Row:
         return self._errors(combinations(range(1, len(self.tracks)), 2))
 
     def _errors(self, pairs: Iterable[tuple[int, int]]) -> Array:
+        first, second = np.array([*pairs], dtype=np.intp).reshape(-1, 2).T
+        times = np.linspace(0.0, self.cycles[1], SAMPLES)
+        points = np.stack([track_at(times, one.cycle, one.position) for one in self.tracks])
+        parts = (slice(at, at + AT_ONCE) for at in range(0, len(first), AT_ONCE))
+        dtw = [one for part in parts for one in warped(points[first[part]], points[second[part]])]
         rows = []
-        for i, j in pairs:
+        for i, j, matched in zip(first, second, dtw, strict=True):
             held = _compared(self.tracks[i], self.tracks[j])
             off = abs(held.distance_real - held.distance_simulated)
-            faster = float(abs(self.speeds[i] - self.speeds[j]))
-            times = np.linspace(0.0, float(self.tracks[i].cycle[-1]), SAMPLES)
-            both = (self.tracks[k] for k in (i, j))
-            matched = warped(*(track_at(times, one.cycle, one.position) for one in both))
+            faster = abs(self.speeds[i] - self.speeds[j])
             rows.append((off, held.angle, held.end_point_error, faster, held.rms_error, matched))
-        return np.array(rows).reshape(len(rows), len(ERRORS))
+        return np.array(rows, dtype=np.float64).reshape(len(rows), len(ERRORS))
 
     def record(self) -> dict[str, Any]:
         """Return all numbers by name; None for what there is not."""
@@ -299,8 +304,8 @@ def compare(
     )
 
 
-def warped(first: Array, second: Array) -> float:
-    """Return the distance of two tracks, shapes (n, 2) and (m, 2), by dynamic time warping.
+def warped(first: Array, second: Array) -> Array:
+    """Return the distances of tracks, shapes (..., n, 2) and (..., m, 2), by dynamic time warping.
 
     Their points are matched in order, none left out, so that the sum of distances is least. A step
     along both tracks counts twice, and the sum is divided by n + m: a mean distance.
@@ -311,18 +316,18 @@ def warped(first: Array, second: Array) -> float:
     recognition", IEEE Transactions on Acoustics, Speech, and Signal Processing 26(1), 1978: the
     symmetric form without a slope constraint and without a window.
     """
-    n, m = len(first), len(second)
-    apart = np.hypot(*np.moveaxis(first[:, np.newaxis] - second, -1, 0))
+    n, m = first.shape[-2], second.shape[-2]
+    apart = np.hypot(*np.moveaxis(first[..., np.newaxis, :] - second[..., np.newaxis, :, :], -1, 0))
     # Least sums on the two diagonals before, at i + 1; at 0 there is nothing, or the start.
-    earlier, before = np.full((2, n + 1), np.inf)
-    earlier[0] = 0.0
+    earlier, before = np.full((2, *apart.shape[:-2], n + 1), np.inf)
+    earlier[..., 0] = 0.0
     for diagonal in range(n + m - 1):
         i = np.arange(max(0, diagonal - m + 1), min(diagonal, n - 1) + 1)
-        here, sums = apart[i, diagonal - i], np.full(n + 1, np.inf)
-        along_one = np.minimum(before[i], before[i + 1]) + here
-        sums[i + 1] = np.minimum(along_one, earlier[i] + 2 * here)
+        here, sums = apart[..., i, diagonal - i], np.full_like(before, np.inf)
+        along_one = np.minimum(before[..., i], before[..., i + 1]) + here
+        sums[..., i + 1] = np.minimum(along_one, earlier[..., i] + 2 * here)
         earlier, before = before, sums
-    return float(before[n] / (n + m))
+    return np.asarray(before[..., n] / (n + m))
 
 
 def speed(track: RealTrack, cycles: float) -> float:
@@ -342,15 +347,9 @@ def _end(trial: Trial) -> float:
 
 def _order(trial: Trial) -> tuple[Any, ...]:
     design, condition = trial.design, trial.condition
+    place = tuple(design.shape), design.lattice.phases, design.index
     run = trial.date, trial.who, trial.repetition, trial.digest
-    return (
-        str(condition),
-        repr(condition),
-        tuple(design.shape),
-        design.lattice.phases,
-        design.index,
-        *run,
-    )
+    return str(condition), repr(condition), *place, *run
 
 
 def _samples(cycles: float) -> int:

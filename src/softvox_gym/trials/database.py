@@ -64,7 +64,7 @@ def check(*folders: Path) -> Checked:
 
 
 def add(
-    folder: Path, trials: Iterable[Trial] | Mapping[Trial, str], *, refuse_copies: bool = False
+    folder: Path, trials: Iterable[Trial] | Mapping[Trial, object], *, refuse_copies: bool = False
 ) -> Added:
     """Add trials, or a mapping of them to what errors call each, to a folder, which may be new.
 
@@ -74,7 +74,7 @@ def add(
     Parameters
     ----------
     folder : Path
-    trials : iterable of Trial, or mapping of Trial to str
+    trials : iterable of Trial, or mapping of Trial to str or Path
     refuse_copies : bool
         Refuse a measured track that another trial has too, of these or of the folder.
 
@@ -84,31 +84,14 @@ def add(
         Before anything is written: where the folder has a fault, or two trials, of these or of the
         folder, describe the same run differently.
     """
-    if not isinstance(trials, Mapping):
-        trials = dict.fromkeys(trials, "a trial to add")
-    return _add(folder, trials, refuse_copies=refuse_copies)
-
-
-def merge(into: Path, *others: Path) -> Added:
-    """Add what other folders hold to a folder, as `add` does; errors name the files of both."""
-    return _add(into, _held(others))
-
-
-def name_of(trial: Trial) -> str:
-    """Return the name of a trial's file."""
-    return trial.digest + ENDING
-
-
-def _sorted(trials: Iterable[Trial]) -> tuple[Trial, ...]:
-    return tuple(sorted(set(trials), key=lambda trial: trial.digest))
-
-
-def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = False) -> Added:
+    places: Mapping[Trial, object] = (
+        trials if isinstance(trials, Mapping) else dict.fromkeys(trials, "a trial to add")
+    )
     check_folder(folder, (), force=True)
     held = _held([folder]) if folder.is_dir() else {}
     told = {trial.run: trial for trial in held}
     given = _sorted(places)
-    known = tuple(trial for trial in given if _is_same(trial, told.get(trial.run)))
+    known = tuple(one for one in given if one.run in told and _is_same(one, told[one.run]))
     new = _sorted({*given} - {*known})
     every = {**held, **{trial: places[trial] for trial in new}}
     copies = _copies(every, known=held) if refuse_copies else ()
@@ -124,11 +107,23 @@ def _add(folder: Path, places: Mapping[Trial, object], *, refuse_copies: bool = 
     return Added(new, known)
 
 
-def _is_same(trial: Trial, other: Trial | None) -> bool:
+def merge(into: Path, *others: Path) -> Added:
+    """Add what other folders hold to a folder, as `add` does; errors name the files of both."""
+    return add(into, _held(others))
+
+
+def name_of(trial: Trial) -> str:
+    """Return the name of a trial's file."""
+    return trial.digest + ENDING
+
+
+def _sorted(trials: Iterable[Trial]) -> tuple[Trial, ...]:
+    return tuple(sorted(set(trials), key=lambda trial: trial.digest))
+
+
+def _is_same(trial: Trial, other: Trial) -> bool:
     """Return whether they say the same, be it read from another file."""
-    if other is None or trial == other:
-        return trial == other
-    return replace(trial, provenance=other.provenance) == other
+    return trial == other or replace(trial, provenance=other.provenance) == other
 
 
 def _held(folders: Iterable[Path]) -> dict[Trial, Path]:

@@ -13,28 +13,14 @@ from softvox_gym.trials.trial import KEYS, PROVENANCE, PROVENANCE_NUMBERS, Trial
 TRACK = ("cycle", "x_cm", "y_cm")
 
 
-def facts_of(trial: Trial) -> dict[str, Any]:
-    """Return all that a trial's file says, with its digest before, the track last.
-
-    Examples
-    --------
-    >>> trial = Trial(design=6453, cycle=[0, 1], position=[[0, 0], [0.3, 0.1]], surface="acrylic",
-    ...               who="A. Person", date="2026-11-27", license="CC0-1.0")
-    >>> facts_of(trial)["track"]
-    [[0, 0, 0], [1, 0.3, 0.1]]
-    """
-    track = json.loads(trial.to_bytes())["track"]
-    return {"digest": trial.digest, **trial.facts, "track": track}
-
-
 def as_json_lines(trials: Iterable[Trial]) -> bytes:
-    """Return a line of JSON per trial, of `facts_of` it."""
-    lines = (json.dumps(facts_of(trial), ensure_ascii=False) for trial in trials)
+    """Return a line of JSON per trial: all that its file says, with its digest before."""
+    lines = (json.dumps(_record(trial), ensure_ascii=False) for trial in trials)
     return "".join(f"{line}\n" for line in lines).encode()
 
 
 def as_parquet(trials: Iterable[Trial]) -> bytes:
-    """Return a table with a row per trial, of `facts_of` it; ImportError without pyarrow.
+    """Return a table with a row per trial, as JSON Lines have it; ImportError without pyarrow.
 
     In place of the track there are lists, cycle, x_cm and y_cm.
     """
@@ -43,7 +29,7 @@ def as_parquet(trials: Iterable[Trial]) -> bytes:
 
     rows = []
     for trial in trials:
-        row = facts_of(trial)
+        row = _record(trial)
         columns = zip(*row.pop("track"), strict=True)
         rows.append({**row, **dict(zip(TRACK, map(list, columns), strict=True))})
     number, whole = pa.float64(), pa.int32()
@@ -61,3 +47,7 @@ def as_parquet(trials: Iterable[Trial]) -> bytes:
     content = io.BytesIO()
     parquet.write_table(pa.Table.from_pylist(rows, schema=schema), content, compression="zstd")
     return content.getvalue()
+
+
+def _record(trial: Trial) -> dict[str, Any]:
+    return {"digest": trial.digest, **trial.facts, "track": trial.track}

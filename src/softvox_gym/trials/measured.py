@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import Design
 from softvox_gym.landscapes.analysis.graph import read_only
+from softvox_gym.landscapes.section import counted, some
 from softvox_gym.lattice import Lattice
-from softvox_gym.noise import Trials, not_negative
+from softvox_gym.noise import not_negative
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
-from softvox_gym.simulation import Result
 from softvox_gym.trials.trial import Condition, Trial
 
 Array = NDArray[np.float64]
@@ -28,9 +28,6 @@ LATTICE = Lattice()
 
 #: Cycles of two durations that are the same but for the last digits.
 EXACT = 1e-3
-
-#: Designs and runs that an error names.
-NAMED = 9
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ class MeasuredReality(Reality):
         if early:
             raise ValueError(
                 f"{len(early)} of {len(trials)} runs end before {self.cycles:g} cycles: "
-                f"{_some(early)}; give fewer cycles, or leave them out"
+                f"{some(early)}; give fewer cycles, or leave them out"
             )
         changed = {
             "measured": trials,
@@ -173,12 +170,10 @@ class MeasuredReality(Reality):
         if not self.testable[design]:
             raise ValueError(
                 f"nobody measured design {design} in reality {self.name}; measured are "
-                f"{_some(self.designs.tolist())}"
+                f"{some(self.designs.tolist())}"
             )
 
-    def trials(
-        self, design: NDArray[np.uint8], k: int = 1, *, phase: ArrayLike | None = None
-    ) -> Trials:
+    def trials(self, design: NDArray[np.uint8], *_: object, **__: object) -> NoReturn:
         """Refuse, as all that simulates designs asks for these: there is no physics to try them in.
 
         Raises
@@ -188,16 +183,13 @@ class MeasuredReality(Reality):
         """
         if design.any() and Lattice(*design.shape) == LATTICE:
             self.check_measured(Design(design).index)
-        self._refuse()
+        self.run()
 
-    def run(self, stack: NDArray[np.uint8], trials: Trials | None, **options: Any) -> Result:
+    def run(self, *_: object, **__: object) -> NoReturn:
         """Refuse, as `trials` does."""
-        self._refuse()
-
-    def _refuse(self) -> NoReturn:
         raise ValueError(
             f"reality {self.name} was measured and can't be simulated; displacement and tracks "
-            f"have what is known, of the designs {_some(self.designs.tolist())}"
+            f"have what is known, of the designs {some(self.designs.tolist())}"
         )
 
     @property
@@ -329,14 +321,14 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     if others:
         raise ValueError(
             f"a reality has the designs of {LATTICE}, and {len(others)} of {len(given)} runs are "
-            f"of others: {_some(others)}; leave them out"
+            f"of others: {some(others)}; leave them out"
         )
     for name in Condition._fields:
         counts = Counter(getattr(trial, name) for trial in given)
         if len(counts) > 1:
             told = (f"{n} with {value or 'none said'}" for value, n in counts.most_common())
             raise ValueError(
-                f"the trials differ in {name}: {_some(told)}; a reality has one, so give those of "
+                f"the trials differ in {name}: {some(told)}; a reality has one, so give those of "
                 "one alone"
             )
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
@@ -348,7 +340,7 @@ def _about(trials: Sequence[Trial], cycles: float, simulated: float) -> str:
     world = f" in {one.reality}" if one.reality else ""
     over = f" laid over {simulated:g} simulated ones" if simulated != cycles else ""
     return (
-        f"{runs} run{'s' * (runs > 1)} of {designs} design{'s' * (designs > 1)}, "
+        f"{counted(runs, 'run')} of {counted(designs, 'design')}, "
         f"after {cycles:g} cycles{over} on {where}, {one.source}{world}"
     )
 
@@ -356,10 +348,3 @@ def _about(trials: Sequence[Trial], cycles: float, simulated: float) -> str:
 def _run(trial: Trial) -> str:
     """Return how errors call a run."""
     return f"design {trial.design.index} ({trial.digest[:12]})"
-
-
-def _some(values: Iterable[Any]) -> str:
-    """Return values as a list, of many the first."""
-    told = [str(value) for value in values]
-    more = f" and {len(told) - NAMED} more" if len(told) > NAMED else ""
-    return ", ".join(told[:NAMED]) + more

@@ -90,7 +90,7 @@ class Film:
             ("y", self.y in (None, "up", "down"), "up or down"),
             ("fps", self.fps is None or 0 < self.fps <= 1e6, "above 0 and at most 1e6"),
             ("likelihood", 0 <= self.likelihood <= 1, "from 0 to 1"),
-            ("x_axis_deg", -360 < self.x_axis_deg <= 360, "from -360 to 360"),
+            ("x_axis_deg", -360 < self.x_axis_deg <= 360, "above -360 and at most 360"),
             ("start_s", self.start_s is None or math.isfinite(self.start_s), "a time in seconds"),
         ):
             if not is_good:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import Design, called
+from softvox_gym.design_files import shown
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import MOST_CM, VOXEL_CM
 from softvox_gym.realities import reality
@@ -144,7 +145,7 @@ class Trial:
             _check_text(name, getattr(self, name), is_needed=name in ("surface", "who"))
         for name, choices in (("license", LICENSES), ("source", ("measured", "simulated"))):
             if (value := getattr(self, name)) not in choices:
-                raise TrialError(f"{name} must be one of {', '.join(choices)}, got {_shown(value)}")
+                raise TrialError(f"{name} must be one of {', '.join(choices)}, got {shown(value)}")
         is_simulated = self.source == "simulated"
         if self.reality and not is_simulated:
             raise TrialError("reality is of a simulated trial; leave it out of a measured one")
@@ -163,7 +164,7 @@ class Trial:
         if is_simulated and changed["voxel_cm"] != SIMULATED_VOXEL_CM:
             raise TrialError("simulated robots have voxels of 1 cm; give voxel_cm=1")
         end = float(changed["cycle"][-1])
-        cycles = changed["cycles"] = round(changed.get("cycles", end), PLACES["cycle"])
+        cycles = changed["cycles"] = float(_rounded("cycle", changed.get("cycles", end)))
         if cycles < end:
             raise TrialError(
                 f"cycles is {cycles:g}, and the track goes on to {end:g}; give all cycles of the "
@@ -204,14 +205,14 @@ class Trial:
             raise TrialError(f"is no trial, which has the format {FORMAT!r}; take it out")
         if type(version := data.pop("version", None)) is not int or version != VERSION:
             raise TrialError(
-                f"is a trial of version {_shown(version)}, and this package reads {VERSION}; "
+                f"is a trial of version {shown(version)}, and this package reads {VERSION}; "
                 "install one that reads it"
             )
         if lacking := sorted(_NEEDED - data.keys()):
             raise TrialError(f"lacks the key {lacking[0]!r}; restore it, or write it anew")
         if unknown := sorted(data.keys() - {*KEYS}):
             raise TrialError(
-                f"has the unknown key {_shown(unknown[0])}; restore it, or install a version that "
+                f"has the unknown key {shown(unknown[0])}; restore it, or install a version that "
                 "knows it"
             )
         try:
@@ -222,7 +223,7 @@ class Trial:
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
             raise TrialError(f"shape or track can't be read ({str(error)[:80]})") from None
         if not isinstance(digits := data.pop("design"), str):
-            raise TrialError(f"design must be a text of its digits, got {_shown(digits)}")
+            raise TrialError(f"design must be a text of its digits, got {shown(digits)}")
         design = _design(digits, lattice)
         made = cls(design=design, cycle=track[:, 0], position=track[:, 1:], **data)
         if made.digest != sha256(content).hexdigest():
@@ -241,19 +242,23 @@ class Trial:
         """
         known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
         lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
-        track = _json(np.column_stack([self.cycle, self.position]).tolist())
-        for separator in ",]":
-            track = track.replace(f".0{separator}", separator)  # numbers are written one way
-        lines.append('"track": [\n' + track[1:-1].replace("], [", "],\n[") + "\n]")
-        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+        points = _json(self.track)[1:-1].replace("], [", "],\n[")
+        return ("{\n" + ",\n".join([*lines, f'"track": [\n{points}\n]']) + "\n}\n").encode()
 
     @property
     def facts(self) -> dict[str, Any]:
         """All keys of its file but the track; what that leaves out is "", None or {} here."""
         sides = [int(side) for side in self.design.shape]
-        own = {name: _plain(getattr(self, name)) for name in _KEYS}
+        own = {name: getattr(self, name) for name in _KEYS}
         lattice = {"shape": sides, "phases": int(self.design.lattice.phases)}
-        return {**_HEAD, **lattice, **own, "design": self.design.digits}
+        facts = {**_HEAD, **lattice, **own, "design": self.design.digits}
+        return {name: _plain(value) for name, value in facts.items()}
+
+    @property
+    def track(self) -> list[list[float]]:
+        """The track of its file: cycle, x and y of each point."""
+        points = np.column_stack([self.cycle, self.position]).tolist()
+        return [[int(at) if at.is_integer() else at for at in point] for point in points]
 
     @cached_property
     def digest(self) -> str:
@@ -332,24 +337,29 @@ def _array(name: str, values: ArrayLike, ndim: int) -> Array:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise TrialError(f"{name} must be numbers, got {_shown(values)}") from None
+        raise TrialError(f"{name} must be numbers, got {shown(values)}") from None
     if array.ndim != ndim:
         raise TrialError(f"{name} must be an array of {ndim} dimensions, got {array.ndim}")
     if not (np.abs(array) <= _LARGEST).all():
         raise TrialError(f"{name} must be finite numbers of at most a million; leave others out")
-    array = np.round(array, PLACES[name]) + 0.0  # no negative zero
+    array = _rounded(name, array)
     array.flags.writeable = False
     return array
+
+
+def _rounded(name: str, values: ArrayLike) -> Array:
+    """Return numbers as files have them; ties go where numpy sends them, not where Python does."""
+    return np.asarray(np.asarray(values).round(PLACES[name]) + 0.0)  # no negative zero
 
 
 def _check_text(name: str, value: Any, *, is_needed: bool) -> None:
     if not isinstance(value, str) or len(value) > MOST_CHARACTERS or value != value.strip():
         raise TrialError(
             f"{name} must be a text of at most {MOST_CHARACTERS} characters, without space around "
-            f"it, got {_shown(value)}"
+            f"it, got {shown(value)}"
         )
     if not value.isprintable():
-        raise TrialError(f"{name} must be printable and one line, got {_shown(value)}")
+        raise TrialError(f"{name} must be printable and one line, got {shown(value)}")
     if is_needed and not value:
         raise TrialError(f"{name} is needed, and is empty; say it")
 
@@ -358,7 +368,7 @@ def _check_date(text: str) -> None:
     with suppress(ValueError):
         if datetime.date.fromisoformat(text).isoformat() == text:
             return
-    why = f"must be written as 2026-11-27, got {_shown(text)}"
+    why = f"must be written as 2026-11-27, got {shown(text)}"
     raise TrialError(f"date {why if text else 'of a measured trial is needed, as 2026-11-27'}")
 
 
@@ -367,7 +377,7 @@ def _number(name: str, value: Any, above: float, most: float) -> float:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not is_number or not above < value <= most:
         bounds = f"above {above:g} and at most {most:g}"
-        raise TrialError(f"{name} must be a number {bounds}, got {_shown(value)}")
+        raise TrialError(f"{name} must be a number {bounds}, got {shown(value)}")
     return float(value)
 
 
@@ -375,14 +385,14 @@ def _repetition(value: Any) -> int:
     is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not is_whole or not 1 <= value <= MOST_REPETITIONS:
         raise TrialError(
-            f"repetition must be a whole number from 1 to {MOST_REPETITIONS}, got {_shown(value)}"
+            f"repetition must be a whole number from 1 to {MOST_REPETITIONS}, got {shown(value)}"
         )
     return int(value)
 
 
 def _provenance(values: Any) -> dict[str, str | float]:
     if not isinstance(values, Mapping) or not set(values) <= set(PROVENANCE):
-        raise TrialError(f"provenance may say {', '.join(PROVENANCE)}, got {_shown(values)}")
+        raise TrialError(f"provenance may say {', '.join(PROVENANCE)}, got {shown(values)}")
     made: dict[str, str | float] = {}
     for name in (name for name in PROVENANCE if name in values):
         value = values[name]
@@ -394,15 +404,6 @@ def _provenance(values: Any) -> dict[str, str | float]:
     if not re.fullmatch("[0-9a-f]{64}", str(made.get("sha256", "0" * 64))):
         raise TrialError("provenance: sha256 must be 64 hexadecimal digits, as sha256sum prints")
     return made
-
-
-def _shown(value: Any) -> str:
-    """Return the beginning of a value as Python writes it, whatever it is."""
-    try:
-        text = repr(value[:40] if isinstance(value, str) else value)
-    except (ValueError, RecursionError):  # a number of thousands of digits, or lists in lists
-        text = f"a {type(value).__name__}"
-    return text if len(text) <= 50 else f"{text[:47]}..."
 
 
 def _plain(value: Any) -> Any:

@@ -109,11 +109,9 @@ def run(args: Namespace) -> int:
     if len(sound) < len(plans):
         parts.append(f"the bill, of the {len(sound)} that can be built:" if sound else "no bill")
     parts += [batch.amounts().text(), batch.materials().text()] if batch else []
-    written = {"--out": sheets_of(args.out, plans, batch)} if args.out else {}
-    if args.csv and batch:
-        written["--csv"] = batch.materials().csv().encode()
-    for option, content in written.items():
-        path = args.out if option == "--out" else args.csv
+    files = [("--out", args.out, sheets_of(args.out, plans, batch))] if args.out else []
+    files += [("--csv", args.csv, batch.materials().csv().encode())] if args.csv and batch else []
+    for option, path, content in files:
         with bad_input(option):
             write_file(path, content, force=args.force)
         parts.append(f"wrote {path}")
@@ -144,15 +142,13 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
         classes = symmetry_classes()[table["design"][ranks]]
         ranks = ranks[np.sort(np.unique(classes, return_index=True)[1])]
     designs = [Design(number) for number in table["design"][ranks].tolist()]
-    fitness = table["fitness"][ranks].tolist()
-    columns = ("rank", "design", "digits", "fitness", "pink", "blue")
-    shown = Section(
-        columns=[Column(name, name, ".2f" * (name == "fitness")) for name in columns],
-        rows=[
-            (rank + 1, d.index, d.digits, fit, d.n_active, d.n_voxels - d.n_active)
-            for rank, d, fit in zip(ranks.tolist(), designs, fitness, strict=True)
-        ],
-    ).text()
+    titles = ("rank", "design", "digits", "fitness", "pink", "blue")
+    rows = [
+        (rank + 1, d.index, d.digits, fitness, d.n_active, d.n_voxels - d.n_active)
+        for rank, fitness, d in zip(ranks, table["fitness"][ranks], designs, strict=True)
+    ]
+    columns = [Column(name, name, ".2f" * (name == "fitness")) for name in titles]
+    shown = Section(columns=columns, rows=rows).text()
     if left_out:
         shown += f"\nleft out: {left_out} in several pieces, which can't be built"
     return designs, shown

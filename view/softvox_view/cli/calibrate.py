@@ -24,7 +24,7 @@ from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.cli.trials import add_trials, measured_of
 from softvox_gym.design import Design, written
-from softvox_gym.files import check_folder, write_folder
+from softvox_gym.files import check_folder
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
@@ -32,7 +32,7 @@ from softvox_gym.progress import Progress
 from softvox_gym.real_tracks import LITTLE, MOST_CYCLES, WITHIN, RealTrack, heading, read_tracks
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials.measured import MeasuredReality
-from softvox_view.cli.options import import_figures
+from softvox_view.cli.options import import_figures, write_figures
 
 #: Points that people see.
 SHOWN = 10
@@ -223,41 +223,22 @@ def points_of(made: Calibration) -> Section:
 
 def designs_of(made: Calibration) -> Section:
     """Return the designs, in reality and at the best point."""
-    best = made.best
-    rows = []
-    for i, design in enumerate(made.designs.tolist()):
-        real, model = made.real[i], made.end[best, i]
-        rows.append(
-            (
-                design,
-                Design(design).digits,
-                int(made.trials[i]),
-                float(made.spread[i]),
-                float(made.cycles[i]),
-                plain(heading(real)),
-                plain(heading(model)),
-                bool(made.matched[best, i]),
-                math.hypot(*real),
-                math.hypot(*model),
-                float(made.end_error[best, i]),
-                bool(made.diverged[best, i]),
-            )
-        )
-    columns = (
-        Column("design", "design"),
-        Column("digits"),
-        Column("trials", "trials"),
-        Column("spread", "spread", ".2f"),
-        Column("cycles", "cycles", ".4g"),
-        Column("heading_real", "heading", ".0f"),
-        Column("heading", "model's", ".0f"),
-        Column("matched", "matched"),
-        Column("distance_real", "distance", ".2f"),
-        Column("distance", "model's", ".2f"),
-        Column("end_error", "end error", ".2f"),
-        Column("diverged"),
-    )
-    return Section(columns=columns, rows=rows)
+    best, model = made.best, made.end[made.best]
+    table = {
+        Column("design", "design"): made.designs.tolist(),
+        Column("digits"): [Design(number).digits for number in made.designs.tolist()],
+        Column("trials", "trials"): made.trials.tolist(),
+        Column("spread", "spread", ".2f"): made.spread.tolist(),
+        Column("cycles", "cycles", ".4g"): made.cycles.tolist(),
+        Column("heading_real", "heading", ".0f"): [plain(heading(end)) for end in made.real],
+        Column("heading", "model's", ".0f"): [plain(heading(end)) for end in model],
+        Column("matched", "matched"): made.matched[best].tolist(),
+        Column("distance_real", "distance", ".2f"): [math.hypot(*end) for end in made.real],
+        Column("distance", "model's", ".2f"): [math.hypot(*end) for end in model],
+        Column("end_error", "end error", ".2f"): made.end_error[best].tolist(),
+        Column("diverged"): made.diverged[best].tolist(),
+    }
+    return Section(columns=list(table), rows=list(zip(*table.values(), strict=True)))
 
 
 def _write(
@@ -273,5 +254,4 @@ def _write(
     with bad_input("--out:"):
         files = files_of(draw_calibration(made, tracks), list(FORMATS))
     text = {name: section.csv() for name, section in tables.items()}
-    with bad_input("--out"):
-        write_folder(args.out, {**files, **text}, force=args.force)
+    write_figures(args.out, {**files, **text}, force=args.force)

@@ -10,6 +10,7 @@ from tempfile import mkdtemp
 from typing import Any
 
 from softvox_gym.cli.terminal import bad_input, complain
+from softvox_gym.cli.trials import add_shipped
 from softvox_gym.files import check_file, write_file
 from softvox_gym.trials import Trial
 from softvox_gym.trials.database import read, shipped
@@ -58,9 +59,7 @@ def add_parser(commands: Any) -> None:
         help="a folder of trials, whose tracks are drawn beside the simulated ones; may be given "
         "several times",
     )
-    parser.add_argument(
-        "--shipped", action="store_true", help="add the trials that ship with the package"
-    )
+    add_shipped(parser)
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -69,10 +68,12 @@ def run(args: Namespace) -> int:
     from softvox_view.explore.page import page
 
     if args.out:
-        check_file(args.out, force=args.force)
+        with bad_input("--out"):
+            check_file(args.out, force=args.force)
     content = page(read_results(args.results), trials_of(args)).encode()
     path = args.out or Path(mkdtemp(prefix="softvox-")) / "landscape.html"
-    write_file(path, content, force=args.force)
+    with bad_input("--out"):
+        write_file(path, content, force=args.force)
     state = args.state.rpartition("#")[2]
     address = path.resolve().as_uri() + (f"#{state}" if state else "")
     print(f"the landscape is at {address}")

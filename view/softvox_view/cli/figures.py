@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.files import check_folder, write_folder
+from softvox_gym.files import check_folder
 from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_gym.realities import reality
-from softvox_view.cli.options import add_results, read_results
+from softvox_view.cli.options import add_results, read_results, write_figures
 from softvox_view.figures import (
     FIGURES,
     OF_REALITIES,
@@ -139,13 +139,7 @@ def run(args: Namespace) -> int:
                 drawing = make(name, inputs)
             files |= files_of(drawing, formats)
             lines += drawing.lines
-    with bad_input("--out"):
-        write_folder(args.out, files, force=args.force)
-        # Pages of an earlier figure that had more of them would lie beside new ones.
-        for form in formats if "tracks" in names else ():
-            for page in args.out.glob(f"tracks_[0-9]*.{form}"):
-                if page.name not in files:
-                    page.unlink()
+    write_figures(args.out, files, force=args.force)
     print("\n".join([*lines, f"wrote {len(files)} files into {args.out}: {', '.join(names)}"]))
     return 0
 

@@ -1,13 +1,14 @@
-"""What several commands share: folders of results, and what --out needs."""
+"""What several commands share: folders of results, and figures in the folder of --out."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softvox_gym.cli.terminal import BadInputError
+from softvox_gym.cli.terminal import BadInputError, bad_input
+from softvox_gym.files import write_folder
 from softvox_gym.missing import missing
 
 if TYPE_CHECKING:
@@ -23,6 +24,16 @@ def import_figures() -> None:
         from softvox_view.figures import style  # noqa: F401, before all that imports matplotlib
     except ModuleNotFoundError as error:
         raise BadInputError(missing("--out", error)) from error
+
+
+def write_figures(out: Path, files: Mapping[str, bytes | str], *, force: bool) -> None:
+    """Write files into the folder of --out, and remove pages of earlier figures that had more."""
+    with bad_input("--out"):
+        write_folder(out, files, force=force)
+        for path in out.glob("*_[0-9]*"):
+            name, _, page = path.stem.rpartition("_")
+            if page.isdecimal() and name + path.suffix in files and path.name not in files:
+                path.unlink()
 
 
 def add_results(parser: ArgumentParser, what_for: str) -> None:

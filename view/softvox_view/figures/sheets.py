@@ -88,7 +88,7 @@ class Facts:
         """The heading in words, rounded."""
         if self.heading is None:
             return "no heading"
-        return f"{self.heading:.0f}\N{DEGREE SIGN}".replace("-", "\N{MINUS SIGN}")
+        return f"{self.heading:z.0f}\N{DEGREE SIGN}".replace("-", "\N{MINUS SIGN}")
 
 
 def facts_of(designs: Sequence[Design]) -> list[Facts]:

@@ -152,7 +152,7 @@ def _slice(axis: Axes, plan: Plan, z: int, corner: Array, side: float) -> None:
             draw_arrow(axis, start, middle + out * side / 2, 1.2)
             beyond = (start - corner) / (np.array([nx, ny]) * side)
             if side > 0.5 or not ((beyond > 0) & (beyond < 1)).all():
-                label(axis, start + 0.07 * out, group.name, weight="bold")
+                label(axis, start + 0.07 * len(group.name) * out, group.name, weight="bold")
     start, length = corner + np.array([nx, ny]) * side + 0.1, 0.1 + 0.3 * side
     for name, way in (("x", (-1, 0)), ("y", (0, -1))):
         along = length * np.array(way)

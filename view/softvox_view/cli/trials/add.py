@@ -11,6 +11,7 @@ from typing import Any
 from softvox_gym.cli.parser import add_shape, number, whole_number
 from softvox_gym.cli.simulate import design_of
 from softvox_gym.cli.terminal import bad_input
+from softvox_gym.cli.trials import add_into
 from softvox_gym.landscapes.section import counted
 from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import VOXEL_CM
@@ -18,7 +19,6 @@ from softvox_gym.trials.database import add
 from softvox_gym.trials.track_files import Film, read_track_files
 from softvox_gym.trials.trial import LICENSES
 from softvox_view.cli.trials.database import table_of
-from softvox_view.cli.trials.options import add_into
 
 DESCRIPTION = """\
 Read tracks of robots from files, and keep each as a trial. Three kinds of files

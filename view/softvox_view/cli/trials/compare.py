@@ -9,16 +9,15 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from softvox_gym.cli.parser import add_cycles, add_physics, add_threads, named, physics_of
+from softvox_gym.cli.parser import add_physics, add_threads, named, physics_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters
-from softvox_gym.files import check_folder, write_folder
+from softvox_gym.cli.trials import add_cycles, add_filters, add_folders, read_chosen
+from softvox_gym.files import check_folder
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality, reality
 from softvox_gym.trials.comparison import MEANING, Comparison, compare
-from softvox_view.cli.options import import_figures
-from softvox_view.cli.trials.options import add_folders, read_chosen
+from softvox_view.cli.options import import_figures, write_figures
 
 TABLE, PAGE = "comparison.csv", "compare.html"
 
@@ -134,8 +133,4 @@ def _write(args: Namespace, made: Comparison) -> None:
     files = files_of(drawing, list(FORMATS))
     inline = files_of(drawing, ["svg"])
     text = {PAGE: page(made, head(made), inline), TABLE: made.section().csv()}
-    with bad_input("--out"):
-        write_folder(args.out, {**files, **text}, force=args.force)
-    for old in args.out.glob("tracks_[0-9]*.p[dn][fg]"):  # of an earlier one with more pages
-        if old.name not in files:
-            old.unlink()
+    write_figures(args.out, {**files, **text}, force=args.force)

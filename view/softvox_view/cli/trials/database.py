@@ -11,22 +11,22 @@ from typing import Any
 
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters, chosen
+from softvox_gym.cli.trials import (
+    add_filters,
+    add_folders,
+    add_into,
+    chosen,
+    folders_of,
+    read_chosen,
+)
 from softvox_gym.design import called
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section, counted
 from softvox_gym.missing import missing
 from softvox_gym.real_tracks import heading
-from softvox_gym.trials.database import check, merge
+from softvox_gym.trials.database import check, merge, read
 from softvox_gym.trials.export import as_json_lines, as_parquet
 from softvox_gym.trials.trial import Trial
-from softvox_view.cli.trials.options import (
-    add_folders,
-    add_into,
-    folders_of,
-    read_chosen,
-    read_folders,
-)
 
 CHECK = """\
 List all faults in folders of trials, and between the folders, a line for each
@@ -131,7 +131,8 @@ def run_merge(args: Namespace) -> int:
 
 def run_list(args: Namespace) -> int:
     """Print the table."""
-    every = read_folders(args)
+    with bad_input():
+        every = read(*folders_of(args))
     trials = chosen(every, args)
     if args.json:
         print(json.dumps([_record(trial) for trial in trials], indent=2, ensure_ascii=False))

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from softvox_gym import Reality, Task
 from softvox_gym.build import bill, plan
-from softvox_gym.cli.parser import add_cycles, add_physics, physics_of, whole_number
+from softvox_gym.cli.parser import add_physics, physics_of, whole_number
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
-from softvox_gym.cli.trials import add_filters
+from softvox_gym.cli.trials import add_cycles, add_filters, add_folders, read_chosen
 from softvox_gym.design import Design
 from softvox_gym.files import check_file, write_file
 from softvox_gym.landscapes.section import Column, Section
@@ -23,7 +23,6 @@ from softvox_gym.real_tracks import heading
 from softvox_gym.trials.measured import for_cycles
 from softvox_search.cli.options import add_method_options, options_given
 from softvox_view.cli.build import check_form, sheets_of
-from softvox_view.cli.trials.options import add_folders, read_chosen
 
 if TYPE_CHECKING:
     from softvox_search.transfer.next import Proposal
@@ -142,27 +141,19 @@ def run(args: Namespace) -> int:
 
 def _table(made: Sequence[Proposal]) -> Section:
     """Return the proposals, the first choice first."""
-    has_way = any(one.displacement is not None for one in made)
-    columns = (
-        Column("design", "design"),
-        Column("digits"),
-        Column("reward", "expected", ".2f"),
-        Column("spread", "spread", ".2f"),
-        Column("heading", "heading" if has_way else "", ".0f"),
-        Column("simulated", "simulated", ".2f"),
-        Column("displacement"),
-        Column("why", "why"),
-    )
-    rows = []
-    for one in made:
-        way = None if one.displacement is None else one.displacement[:2]
-        more = {
-            "digits": Design(one.design).digits,
-            "heading": None if way is None else plain(heading(way)),
-            "displacement": None if way is None else way.tolist(),
-        }
-        rows.append(tuple((vars(one) | more)[column.key] for column in columns))
-    return Section(columns=columns, rows=rows)
+    ways = [None if one.displacement is None else one.displacement[:2] for one in made]
+    headings = [None if way is None else plain(heading(way)) for way in ways]
+    table = {
+        Column("design", "design"): [one.design for one in made],
+        Column("digits"): [Design(one.design).digits for one in made],
+        Column("reward", "expected", ".2f"): [one.reward for one in made],
+        Column("spread", "spread", ".2f"): [one.spread for one in made],
+        Column("heading", "heading" if any(w is not None for w in ways) else "", ".0f"): headings,
+        Column("simulated", "simulated", ".2f"): [one.simulated for one in made],
+        Column("displacement"): [None if way is None else way.tolist() for way in ways],
+        Column("why", "why"): [one.why for one in made],
+    }
+    return Section(columns=list(table), rows=list(zip(*table.values(), strict=True)))
 
 
 def _text(facts: dict[str, Any], table: Section) -> str:
