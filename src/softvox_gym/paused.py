@@ -16,7 +16,14 @@ from softvox_gym import engine
 from softvox_gym.lattice import Lattice
 from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import MOST, Physics
-from softvox_gym.simulation import check_count, check_threads, phase_rows, prepared, strain_rows
+from softvox_gym.simulation import (
+    check_count,
+    check_number,
+    check_threads,
+    phase_rows,
+    prepared,
+    strain_rows,
+)
 
 #: How a saved simulation begins; another format has another number.
 MAGIC = b"softvox simulation 1\n"
@@ -412,12 +419,5 @@ def _physics_of(physics: Physics, rows: NDArray[np.intp]) -> Physics:
 
 
 def _check_time(name: str, value: Any) -> None:
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be a number, got {value!r}")
-    try:
-        too_low = not float(value) >= 0
-    except OverflowError:
-        raise ValueError(f"{name} must be a number that a float holds") from None
-    if too_low:
+    if not check_number(name, value) >= 0:
         raise ValueError(f"{name} must not be negative, got {value}")

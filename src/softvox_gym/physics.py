@@ -104,7 +104,7 @@ class ParameterSpec:
                 return bool(value)
             raise TypeError(f"{self.name} {must} {value!r}")
         if isinstance(self.default, str):
-            if value in ACTUATIONS:
+            if isinstance(value, str) and value in ACTUATIONS:
                 return str(value)
             raise ParameterError(self.name, f"{must} {value!r}")
         array = self._numbers(value)
@@ -320,7 +320,7 @@ class Physics:
                 UserWarning,
                 stacklevel=3,
             )
-        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step))
+        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step), initial=np.inf)
         if steps < STEPS_PER_CYCLE:
             share = steps / STEPS_PER_CYCLE * np.min(self.time_step_fraction)
             warnings.warn(

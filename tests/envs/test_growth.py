@@ -216,6 +216,9 @@ def test_bad_arguments_are_refused_when_it_is_made():
     for flag in ("connected", "from_table"):
         with pytest.raises(TypeError, match=f"{flag} must be True or False, got 'no'"):
             make(**{flag: "no"})
+    for options in ({"phases": 2}, {"shape": Lattice.of((2, 2, 2), phases=4)}):
+        with pytest.raises(ValueError, match="phases must be 1"):
+            make(**options)
     with pytest.raises(TypeError, match="conected"):
         make(conected=True)
     with pytest.raises(ValueError, match="render_mode"):
