@@ -307,7 +307,9 @@ class Simulation:
         """
         rows = np.arange(len(self))[np.asarray(which, dtype=np.intp)]
         kept = {name: values[rows] for name, values in self._kept().items()}
-        sim = self._resumed(kept, _physics_of(self.physics, rows), self._threads, self._isa)
+        own: Any = {name: values[rows] for name, values in self.physics.per_design.items()}
+        physics = replace(self.physics, **own) if own else self.physics
+        sim = self._resumed(kept, physics, self._threads, self._isa)
         sim._steered = self._steered
         return sim
 
@@ -406,16 +408,6 @@ def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
     if hashlib.sha256(body).digest() != check:
         raise ValueError(f"this saved {kind} is damaged: its bytes are not what they were")
     return body
-
-
-def _physics_of(physics: Physics, rows: NDArray[np.intp]) -> Physics:
-    """Return the physics of some of the designs."""
-    own: dict[str, Any] = {
-        name: (physics.gravity_vector if name == "gravity" else value)[rows]
-        for name, value in vars(physics).items()
-        if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-    }
-    return replace(physics, **own) if own else physics
 
 
 def _check_time(name: str, value: Any) -> None:

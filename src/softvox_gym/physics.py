@@ -382,13 +382,19 @@ class Physics:
         return hash(tuple(v.shape if isinstance(v, np.ndarray) else v for v in vars(self).values()))
 
     @property
+    def per_design(self) -> dict[str, NDArray[np.float64]]:
+        """The parameters that are arrays with a value for each design; gravity as vectors."""
+        arrays = {name: v for name, v in vars(self).items() if isinstance(v, np.ndarray)}
+        if self.gravity_vector.ndim == 1:
+            arrays.pop("gravity", None)
+        else:
+            arrays["gravity"] = self.gravity_vector
+        return arrays
+
+    @property
     def n_designs(self) -> int | None:
         """How many designs the arrays among the parameters are for; None where there are none."""
-        lengths = {
-            name: len(value)
-            for name, value in vars(self).items()
-            if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-        }
+        lengths = {name: len(values) for name, values in self.per_design.items()}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"parameters must be arrays of one length, got {lengths}")
         return next(iter(lengths.values()), None)

@@ -99,16 +99,16 @@ class Control(Episodes):
 
     def __init__(
         self,
-        design: DesignLike,
-        shape: Sequence[int] | None,
-        physics: PhysicsLike,
-        render_mode: str | None,
         *,
-        reality: str | Reality | None,
-        task: str | Task,
-        heading: float | None,
-        interval: float,
-        groups: bool,
+        design: DesignLike = 6453,
+        shape: Sequence[int] | None = None,
+        physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str | Task = "displacement",
+        heading: float | None = None,
+        interval: float = 1.0,
+        groups: bool = False,
+        render_mode: str | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
@@ -552,10 +552,19 @@ class SoftVoxControlEnv(SingleEnv):
         groups: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups}
-        super().__init__(Control(design, shape, physics, render_mode, **options))
-        self.design, self.actuators = self.episodes.design, self.episodes.actuators
+        control = Control(
+            design=design,
+            shape=shape,
+            physics=physics,
+            reality=reality,
+            task=task,
+            heading=heading,
+            interval=interval,
+            groups=groups,
+            render_mode=render_mode,
+        )
+        super().__init__(control)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self) -> bytes:
         """Return the episode as it stands; without a wrapper's share of it.
@@ -621,23 +630,12 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        design: DesignLike = 6453,
-        shape: Sequence[int] | None = None,
-        physics: PhysicsLike = "published",
-        reality: str | Reality | None = None,
-        task: str | Task = "displacement",
-        heading: float | None = None,
-        interval: float = 1.0,
-        groups: bool = False,
-        render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
+        **options: Any,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups, "threads": threads}
-        episodes = Control(design, shape, physics, render_mode, **options)
-        super().__init__(episodes, num_envs, autoreset_mode)
-        self.design, self.actuators = episodes.design, episodes.actuators
+        control = Control(**options)
+        super().__init__(control, num_envs, autoreset_mode)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self, number: int = 0) -> bytes:
         """Return the episode of one environment as it stands, as a single one does."""
