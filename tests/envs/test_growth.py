@@ -8,6 +8,7 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import TransformReward
 from test_vector_env import assert_same
 
 from softvox_gym import simulate
@@ -189,6 +190,18 @@ def test_noise_comes_with_the_last_step(mode):
     told = step[4].get("final_info", step[4])
     assert told["values"].shape == (3, 3)
     assert len(set(told["values"][0])) == 3
+
+
+def test_a_wrapper_leaves_the_rewards_alone_of_those_that_are_not_built():
+    env = gym.make_vec(IDS[1], 2, autoreset_mode="Disabled", **TABLE)
+    env = vector.Resample(TransformReward(env, lambda rewards: rewards + 1), 2)
+    env.reset(seed=0)
+    env.step([0, 0])
+    env.reset(options={"reset_mask": np.array([False, True])})
+    for digit in BEST[1:]:
+        _, rewards, over, _, _ = env.step([digit, digit])
+    assert over.tolist() == [True, False]
+    assert rewards[1] == 1
 
 
 @pytest.mark.parametrize("action", [3, -1, 1.0, [1], "a", None, True])
