@@ -25,6 +25,9 @@ _MORE = "; shape=Lattice.of(shape, phases=P) has those up to P + 1"
 #: Designs that `buildable` processes together.
 _AT_ONCE = 2**14
 
+#: Sites of a lattice up to which it is remembered which bodies are in one piece.
+REMEMBERED = 64
+
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
 ABSENT, PASSIVE, ACTIVE = 0, 1, 2
@@ -417,7 +420,6 @@ def checked_digits(
     return array.astype(np.uint8)
 
 
-@lru_cache(maxsize=65536)
 def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...]:
     waiting = {site for site, present in enumerate(occupied) if present}
     pieces = []
@@ -433,6 +435,14 @@ def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...
     return tuple(pieces)
 
 
+def _is_one(occupied: bytes, lattice: Lattice) -> bool:
+    """Return whether a body is in one piece; none is not."""
+    return len(_components(occupied, lattice)) == 1
+
+
+_is_known_as_one = lru_cache(maxsize=65536)(_is_one)
+
+
 class BodyFacts(NamedTuple):
     """Facts about the bodies of a batch of designs, each of shape (n,)."""
 
@@ -444,14 +454,16 @@ class BodyFacts(NamedTuple):
     def of(cls, rows: NDArray[Any], lattice: Lattice) -> BodyFacts:
         """Return the facts of designs given by their digits, shape (n, sites)."""
         occupied = rows != ABSENT
-        # Many designs share a body, so components are cached by body, whatever the phases.
+        # Many designs share a body, whatever the phases, so results for small bodies are cached.
         sites = Lattice(*lattice)
+        is_one: Any = _is_known_as_one if lattice.sites <= REMEMBERED else _is_one
         bodies = np.ascontiguousarray(occupied).view(np.dtype((np.void, lattice.sites)))
-        pieces = [len(_components(body, sites)) for body in bodies.ravel().tolist()]
         return cls(
             n_voxels=np.count_nonzero(occupied, axis=1).astype(np.int64),
             n_active=np.count_nonzero(rows >= ACTIVE, axis=1).astype(np.int64),
-            is_connected=np.array(pieces, dtype=np.int64) == 1,
+            is_connected=np.array(
+                [is_one(one, sites) for one in bodies.ravel().tolist()], np.bool_
+            ),
         )
 
 

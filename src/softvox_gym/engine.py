@@ -66,11 +66,6 @@ class Batch:
     #: For a resumed run: steps taken by each design, (n,), -1 if it could not run.
     resumed: NDArray[np.int32] | None = None
 
-    def duration_steps(self) -> NDArray[np.float64]:
-        """Return about how many steps each design takes, shape (n,)."""
-        with np.errstate(all="ignore"):
-            return np.asarray(self.parameters["duration"] / self.parameters["time_step"])
-
 
 @dataclass(frozen=True, eq=False)
 class Output:
@@ -286,7 +281,8 @@ def run(
         )
         return code
 
-    steps = np.max(batch.duration_steps(), initial=0)
+    with np.errstate(all="ignore"):
+        steps = np.max(batch.parameters["duration"] / batch.parameters["time_step"], initial=0)
     made.drive(work, float(steps), threads, progress, size)
     return made.output
 

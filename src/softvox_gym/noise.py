@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.portable import cos_sin, direction, exp, normal
+from softvox_gym.simulation import check_number
 
 Array = NDArray[np.float64]
 
@@ -382,10 +383,7 @@ def not_negative(name: str, value: object) -> float:
     TypeError, ValueError
         If it is not; the message names it.
     """
-    numbers = (int, float, np.integer, np.floating)
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
-        raise TypeError(f"{name} must be a number, got {value!r}")
-    number = float(value)
+    number = check_number(name, value)
     if not 0 <= number < np.inf:
         raise ValueError(f"{name} must be finite and at least 0, got {value}")
     return number

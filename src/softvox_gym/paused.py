@@ -16,7 +16,14 @@ from softvox_gym import engine
 from softvox_gym.lattice import Lattice
 from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import MOST, Physics
-from softvox_gym.simulation import check_count, check_threads, phase_rows, prepared, strain_rows
+from softvox_gym.simulation import (
+    check_count,
+    check_number,
+    check_threads,
+    phase_rows,
+    prepared,
+    strain_rows,
+)
 
 #: How a saved simulation begins; another format has another number.
 MAGIC = b"softvox simulation 1\n"
@@ -300,7 +307,9 @@ class Simulation:
         """
         rows = np.arange(len(self))[np.asarray(which, dtype=np.intp)]
         kept = {name: values[rows] for name, values in self._kept().items()}
-        sim = self._resumed(kept, _physics_of(self.physics, rows), self._threads, self._isa)
+        own: Any = {name: values[rows] for name, values in self.physics.per_design.items()}
+        physics = replace(self.physics, **own) if own else self.physics
+        sim = self._resumed(kept, physics, self._threads, self._isa)
         sim._steered = self._steered
         return sim
 
@@ -401,23 +410,6 @@ def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
     return body
 
 
-def _physics_of(physics: Physics, rows: NDArray[np.intp]) -> Physics:
-    """Return the physics of some of the designs."""
-    own: dict[str, Any] = {
-        name: (physics.gravity_vector if name == "gravity" else value)[rows]
-        for name, value in vars(physics).items()
-        if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-    }
-    return replace(physics, **own) if own else physics
-
-
 def _check_time(name: str, value: Any) -> None:
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be a number, got {value!r}")
-    try:
-        too_low = not float(value) >= 0
-    except OverflowError:
-        raise ValueError(f"{name} must be a number that a float holds") from None
-    if too_low:
+    if not check_number(name, value) >= 0:
         raise ValueError(f"{name} must not be negative, got {value}")

@@ -104,7 +104,7 @@ class ParameterSpec:
                 return bool(value)
             raise TypeError(f"{self.name} {must} {value!r}")
         if isinstance(self.default, str):
-            if value in ACTUATIONS:
+            if isinstance(value, str) and value in ACTUATIONS:
                 return str(value)
             raise ParameterError(self.name, f"{must} {value!r}")
         array = self._numbers(value)
@@ -325,7 +325,7 @@ class Physics:
                 UserWarning,
                 stacklevel=3,
             )
-        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step))
+        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step), initial=np.inf)
         if steps < STEPS_PER_CYCLE:
             share = steps / STEPS_PER_CYCLE * np.min(self.time_step_fraction)
             warnings.warn(
@@ -387,13 +387,19 @@ class Physics:
         return hash(tuple(v.shape if isinstance(v, np.ndarray) else v for v in vars(self).values()))
 
     @property
+    def per_design(self) -> dict[str, NDArray[np.float64]]:
+        """The parameters that are arrays, a value per design; gravity as vectors."""
+        arrays = {name: v for name, v in vars(self).items() if isinstance(v, np.ndarray)}
+        if self.gravity_vector.ndim == 1:
+            arrays.pop("gravity", None)
+        else:
+            arrays["gravity"] = self.gravity_vector
+        return arrays
+
+    @property
     def n_designs(self) -> int | None:
         """Length of the arrays among the parameters; None if there are none."""
-        lengths = {
-            name: len(value)
-            for name, value in vars(self).items()
-            if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-        }
+        lengths = {name: len(values) for name, values in self.per_design.items()}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"parameters must be arrays of one length, got {lengths}")
         return next(iter(lengths.values()), None)

@@ -106,7 +106,7 @@ class Reality:
                 "resolution must be odd where expansion is spherical, to have a middle; got "
                 f"{self.resolution}"
             )
-        refined(np.zeros((1, 1, 1), np.uint8), self.resolution, expansion=self.expansion)
+        Lattice.of([self.resolution] * 3)  # of one voxel, which must not have too many parts
         changed = {
             "physics": single_physics(self.physics),
             "nominal": single_physics(self.nominal),

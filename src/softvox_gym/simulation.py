@@ -283,6 +283,23 @@ def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
         raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
+def check_number(name: str, value: Any) -> float:
+    """Return an argument that is a number as a float; NaN and infinity are.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is none, or is larger than a float, naming the argument.
+    """
+    numbers = (int, float, np.integer, np.floating)
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
+        raise TypeError(f"{name} must be a number, got {value!r}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{name} must be a number that a float holds") from None
+
+
 def check_flag(name: str, value: Any) -> None:
     """Check that an argument is True or False; otherwise TypeError that names it."""
     if not isinstance(value, (bool, np.bool_)):

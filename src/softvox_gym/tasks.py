@@ -5,12 +5,12 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass
 from math import isfinite, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.portable import cos_sin
+from softvox_gym.simulation import check_number
 
 Array = NDArray[np.float64]
 
@@ -53,14 +53,10 @@ class Task:
             if self.heading is not None:
                 raise ValueError("the task displacement has no heading; directed has one")
             return
-        heading: Any = 0.0 if self.heading is None else self.heading
-        if isinstance(heading, (bool, np.bool_)) or not isinstance(
-            heading, (int, float, np.integer, np.floating)
-        ):
-            raise TypeError(f"heading must be a number of degrees, got {heading!r}")
+        heading = check_number("heading", 0.0 if self.heading is None else self.heading)
         if not isfinite(heading):
             raise ValueError(f"heading must be finite, got {heading}")
-        object.__setattr__(self, "heading", float(heading) % 360.0 % 360.0)  # -1e-20 is 360 first
+        object.__setattr__(self, "heading", heading % 360.0 % 360.0)  # -1e-20 is 360 first
 
     @classmethod
     def of(cls, task: str | Task, heading: float | None = None) -> Task:

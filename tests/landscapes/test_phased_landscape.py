@@ -2,6 +2,8 @@
 
 import csv
 import json
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,6 +137,27 @@ def test_what_a_stopped_run_left_is_taken_up(cache, blocks, damage):
     assert blocks == [10, 10, 5] if damage else [10, 5]
     assert len(table) == 25
     assert len(list(cache.iterdir())) == 1
+
+
+def test_the_tool_makes_what_ships_where_it_is_not_there(cache, tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "COMPUTED", tmp_path)
+    monkeypatch.setattr(
+        tables, "phased_lattice", lambda phases: Lattice.of((2, 1, 1), phases=phases)
+    )
+    tables._two_phases.cache_clear()
+    runpy.run_path(str(Path(__file__).parents[2] / "tools" / "phased.py"))["main"]()
+    two, four = (
+        evaluate(range(lattice.n_designs), shape=lattice)
+        for lattice in map(tables.phased_lattice, (2, 4))
+    )
+    with np.load(tmp_path / PHASED) as archive:
+        assert archive["two"].tobytes() == two.displacement.tobytes()
+        assert archive["two_steps"].tolist() == two.steps[:, 0].tolist()
+        best = archive["four_best"]
+        assert archive["four_best_displacement"].tobytes() == four.displacement[best].tobytes()
+    assert (np.diff(four.value[best]) <= 0).all()
+    digests = json.loads((tmp_path / PHASED_DIGESTS).read_text(encoding="utf-8"))
+    assert digests == {"2": digest(two.displacement), "4": digest(four.displacement)}
 
 
 def test_where_nothing_can_be_kept_it_is_simulated_all_the_same(monkeypatch, tmp_path, blocks):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, ceil, degrees, hypot, pi
@@ -34,7 +33,7 @@ from softvox_gym.paused import Simulation, State, sealed, unsealed
 from softvox_gym.portable import cos_sin
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import AIM, AZIMUTH, NOWHERE, Pose, Walk, fitting_distance, render
-from softvox_gym.simulation import check_count, check_flag, check_threads
+from softvox_gym.simulation import check_count, check_flag, check_number, check_threads
 from softvox_gym.tasks import Task
 
 Array = NDArray[np.float64]
@@ -100,16 +99,16 @@ class Control(Episodes):
 
     def __init__(
         self,
-        design: DesignLike,
-        shape: Sequence[int] | None,
-        physics: PhysicsLike,
-        render_mode: str | None,
         *,
-        reality: str | Reality | None,
-        task: str | Task,
-        heading: float | None,
-        interval: float,
-        groups: bool,
+        design: DesignLike = 6453,
+        shape: Sequence[int] | None = None,
+        physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str | Task = "displacement",
+        heading: float | None = None,
+        interval: float = 1.0,
+        groups: bool = False,
+        render_mode: str | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
@@ -144,7 +143,7 @@ class Control(Episodes):
         self.single_action_space = spaces.Box(
             np.float32(0), self._most, (len(self.actuators),), np.float32
         )
-        self._stand = rest_pose(self.design.array)  # until it has settled
+        self._stand = rest_pose(self.design.kinds)  # until it has settled
         assert self._stand.site is not None
         self._at = (slice(None), *self._stand.site.T)  # its voxels, in the arrays of a State
         self._low, self._high = self._bounds()
@@ -227,7 +226,8 @@ class Control(Episodes):
     @property
     def _identity(self) -> str:
         """The digest that environments share if they can continue each other's episodes."""
-        body = [*self.lattice, self.design.digits]
+        phases = [] if self.lattice.phases == 1 else [self.lattice.phases]
+        body = [*self.lattice, self.design.digits, *phases]
         facts = json.dumps([body, self.physics.to_dict(), self.interval])
         actuation = self._strain.tobytes() + self._phase.tobytes()
         return hashlib.sha256(facts.encode() + actuation).hexdigest()
@@ -396,27 +396,25 @@ def _is_lost(displacement: Array) -> NDArray[np.bool_]:
 def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
     """Return the sites that each entry of an action drives."""
     check_flag("groups", are_grouped)
-    if not (design.array == ACTIVE).any():
+    if not design.n_active:
         raise ValueError(
             f"design {design.digits} has no active voxel, so there is nothing to control; active "
             "ones have the digit 2"
         )
     if not are_grouped:
-        return tuple((site,) for site, digit in enumerate(design.digits) if digit == str(ACTIVE))
+        return tuple((site,) for site, digit in enumerate(design.digits) if int(digit) >= ACTIVE)
     return actuators(design)
 
 
 def _interval(interval: float, shortest: float) -> float:
     """Check and return an interval, in cycles: finite and at least a time step."""
-    is_number = isinstance(interval, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(interval, (bool, np.bool_)):
-        raise TypeError(f"interval must be a number of cycles, got {interval!r}")
-    if not shortest <= interval <= sys.float_info.max:
+    cycles = check_number("interval", interval)
+    if not shortest <= cycles < np.inf:
         raise ValueError(
             f"interval must be finite and at least a time step ({shortest:.2g} cycles), got "
             f"{interval}"
         )
-    return float(interval)
+    return cycles
 
 
 class SoftVoxControlEnv(SingleEnv):
@@ -554,10 +552,19 @@ class SoftVoxControlEnv(SingleEnv):
         groups: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups}
-        super().__init__(Control(design, shape, physics, render_mode, **options))
-        self.design, self.actuators = self.episodes.design, self.episodes.actuators
+        control = Control(
+            design=design,
+            shape=shape,
+            physics=physics,
+            reality=reality,
+            task=task,
+            heading=heading,
+            interval=interval,
+            groups=groups,
+            render_mode=render_mode,
+        )
+        super().__init__(control)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self) -> bytes:
         """Return the current state of the episode, without any state of wrappers.
@@ -623,23 +630,12 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        design: DesignLike = 6453,
-        shape: Sequence[int] | None = None,
-        physics: PhysicsLike = "published",
-        reality: str | Reality | None = None,
-        task: str | Task = "displacement",
-        heading: float | None = None,
-        interval: float = 1.0,
-        groups: bool = False,
-        render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
+        **options: Any,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups, "threads": threads}
-        episodes = Control(design, shape, physics, render_mode, **options)
-        super().__init__(episodes, num_envs, autoreset_mode)
-        self.design, self.actuators = episodes.design, episodes.actuators
+        control = Control(**options)
+        super().__init__(control, num_envs, autoreset_mode)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self, number: int = 0) -> bytes:
         """Return the episode state of one environment, as `SoftVoxControlEnv.save` does."""

@@ -111,6 +111,11 @@ class Growth(Episodes):
         self.evaluator = Evaluator(render_mode=render_mode, **trial)
         self.physics, self.reward_space = self.evaluator.physics, self.evaluator.reward_space
         self.lattice, self.connected = self.evaluator.lattice, connected
+        if self.lattice.phases > 1:
+            raise ValueError(
+                f"phases must be 1, as robots that grow have one, got {self.lattice.phases}; "
+                "SoftVox-v0 takes several"
+            )
         self.single_action_space = spaces.Discrete(ACTIVE + 1)
         sites = self.lattice.sites
         self.single_observation_space = spaces.Box(0, 1, (4 * sites,), np.float32)

@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.envs.episodes import Episodes, Film, Rows, Started, moving, pictured
 from softvox_gym.envs.evaluator import Evaluator
-from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import check_count
-from softvox_gym.tasks import Task
 
 Batch = tuple[
     NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
@@ -33,7 +31,8 @@ def batched(parts: Sequence[Part], n: int) -> dict[str, Any]:
     Keys are in the order in which the environments, one after another, introduce them.
     """
     infos: dict[str, Any] = {}
-    for which, columns in sorted((part for part in parts if len(part[0])), key=_first_number):
+    told = [part for part in parts if len(part[0])]
+    for which, columns in sorted(told, key=lambda part: int(part[0][0])):
         for key, column in columns.items():
             if isinstance(column, dict):
                 infos[key] = batched([(which, column)], n)
@@ -43,10 +42,6 @@ def batched(parts: Sequence[Part], n: int) -> dict[str, Any]:
                 infos.setdefault(key, blank)[which] = column
             infos.setdefault(f"_{key}", np.zeros(n, dtype=np.bool_))[which] = True
     return infos
-
-
-def _first_number(part: Part) -> int:
-    return int(part[0][0])
 
 
 class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
@@ -279,28 +274,8 @@ class SoftVoxVectorEnv(NativeVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        shape: Sequence[int] = (2, 2, 2),
-        physics: PhysicsLike = "published",
-        reality: str | Reality | None = None,
-        task: str | Task = "displacement",
-        heading: float | None = None,
-        objectives: Sequence[str] | None = None,
-        render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
-        from_table: bool = False,
-        phases: int | None = None,
+        **options: Any,
     ) -> None:
-        self.evaluator = Evaluator(
-            shape,
-            physics,
-            render_mode,
-            reality=reality,
-            task=task,
-            heading=heading,
-            objectives=objectives,
-            threads=threads,
-            from_table=from_table,
-            phases=phases,
-        )
+        self.evaluator = Evaluator(**options)
         super().__init__(self.evaluator, num_envs, autoreset_mode)

@@ -231,7 +231,7 @@ def phased(
     """Return the landscape of a lattice of several phases; simulate it if it is not known."""
     found = known(reality, lattice)
     if found is None:
-        found = _simulated(reality, lattice, threads=threads, progress=progress)
+        found = simulated(reality, lattice, threads=threads, progress=progress)
     return _table(reality.plain_physics, *found, lattice)
 
 
@@ -262,8 +262,12 @@ def _kept(path: Path) -> Known | None:
     return None if values is None else Known(values[:, :3], values[:, 3].astype(np.int32))
 
 
-def _simulated(
-    reality: Reality, lattice: Lattice, *, threads: int | None, progress: Progress | None
+def simulated(
+    reality: Reality,
+    lattice: Lattice,
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Known:
     """Simulate all designs, block by block, reusing the blocks that a stopped run has stored."""
     n, path = lattice.n_designs, cache_path(reality, lattice)

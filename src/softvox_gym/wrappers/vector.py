@@ -66,7 +66,7 @@ class _Wrapper(Wrapping, VectorWrapper):  # typed only since Gymnasium 1.3
         which = np.flatnonzero(told["_fitness"])
         of_those = {key: told[key][which] for key in told if f"_{key}" in told}
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
-        rewards = np.zeros_like(rewards)
+        rewards = rewards.copy()
         rewards[which] = values
         told |= batched([(which, changed)], self.num_envs)
         return observations, rewards, terminated, truncated, infos
