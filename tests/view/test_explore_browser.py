@@ -15,6 +15,7 @@ from explore_page import (
     DESKTOP,
     PHONE,
     SHORT,
+    SHORT_NUMBERS,
     SHORT_STATE,
     applied,
     cell_colours,
@@ -123,15 +124,16 @@ def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, pa
 
 
 def test_a_parameter_let_go_recomputes_all_and_tells_what_changed(driver, page):
-    opened_short(driver, page)
+    opened(driver, page, "duration=0.28")  # so long that it is seen under way
+    until(lambda: applied(driver) == {"duration": "0.28"})
     high = shown(driver, "high")
     one(driver, "#lock").click()
     entered(driver, "#value-gravity", "-3")
     until(lambda: re.match("[1-9][0-9]* of 6561", shown(driver, "progress-text")))
     grey = (map_pixels(driver) == [226, 230, 235]).all(axis=2).mean()
     assert 0.01 < grey < 1, "cells fill in as they come"
-    until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
-    fitness = fitness_with(gravity=-3.0)
+    until(lambda: applied(driver) == {"duration": "0.28", "gravity": "-3"})
+    fitness = fitness_with(gravity=-3.0, duration=0.28, settle_time=0.25)
     before = softvox_gym.landscape()["fitness"]
     top = [set(np.argsort(-values, kind="stable")[:100]) for values in (before, fitness)]
     told = shown(driver, "changes")
@@ -171,7 +173,7 @@ def test_a_slider_moved_fast_ends_where_it_was_left(driver, page):
     slider.send_keys(*[Keys.ARROW_LEFT] * 6)
     assert shown(driver, "value-friction_static", "value") == "0.7"
     until(lambda: applied(driver) == {**SHORT, "friction_static": "0.7"})
-    assert driver.current_url.endswith("#duration=0.28&friction_static=0.7")
+    assert driver.current_url.endswith(f"#{SHORT_STATE}&friction_static=0.7")
     one(driver, "#reset").click()
     until(lambda: applied(driver) == {})
     assert shown(driver, "value-friction_static", "value") == "1"
@@ -285,9 +287,9 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
         "save-png": "landscape-fitness.png",
         "save-replay": "replay-6453.html",
     }
-    for button, name in names.items():
+    for button in names:
         one(driver, f"#{button}").click()
-        until((tmp_path / name).exists)
+    until(lambda: all((tmp_path / name).exists() for name in names.values()))
     table = softvox_gym.landscape()
     with (tmp_path / "landscape.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -297,13 +299,12 @@ def test_what_is_seen_can_be_downloaded(driver, page, tmp_path):
     with image.open(tmp_path / "landscape-fitness.png") as picture:
         assert picture.size == (680, 750)
     opened_short(driver, page)
-    for button, name in {
-        "save-csv": "landscape_duration_0.28.csv",
-        "save-png": "landscape-fitness_duration_0.28.png",
-    }.items():
+    changes = "settle_time_0.01_duration_0.05"
+    saved = {"save-csv": f"landscape_{changes}.csv", "save-png": f"landscape-fitness_{changes}.png"}
+    for button in saved:
         one(driver, f"#{button}").click()
-        until((tmp_path / name).exists)
-    with (tmp_path / "landscape_duration_0.28.csv").open(newline="") as file:
+    until(lambda: all((tmp_path / name).exists() for name in saved.values()))
+    with (tmp_path / saved["save-csv"]).open(newline="") as file:
         fitness = [float(row["fitness"]) for row in csv.DictReader(file)]
     assert fitness == fitness_with().tolist()
     replay = tmp_path / "replay-6453.html"
@@ -437,7 +438,7 @@ def test_a_world_is_a_preset_of_the_physics(driver, page):
     world = {"preset": "slippery", "gravity": "-8", **SHORT}
     until(lambda: applied(driver) == world)
     assert shown(driver, "value-friction_kinetic", "value") == "0.1"
-    physics = replace(reality("slippery").physics, gravity=-8.0, duration=0.28)
+    physics = replace(reality("slippery").physics, gravity=-8.0, **SHORT_NUMBERS)
     assert facts(driver)["fitness"] == [f"{simulate(6453, physics).fitness[0]:.4f}"]
 
 
