@@ -13,7 +13,7 @@ from chromium import until
 from softvox_gym import Physics, simulate
 from softvox_view.tessellation import SIDE, cell_of
 
-DESKTOP, PHONE = (1280, 800), (390, 844)
+DESKTOP, WIDE, PHONE, SMALL = (1280, 800), (1920, 1080), (390, 844), (360, 740)
 
 #: Where the pictures for the documentation go, if somebody wants them.
 PICTURES = os.environ.get("SOFTVOX_PICTURES")
