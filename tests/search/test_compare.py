@@ -473,13 +473,3 @@ def test_the_commands_are_light_to_load():
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert "softvox_search" in loaded
     assert not loaded & {"deap", "pandas", "matplotlib", "msgspec", "scipy", "pyarrow", "optuna"}
-
-
-@pytest.mark.parametrize(
-    "command", ["compare", "export", "leaderboard", "merge", "search", "transfer"]
-)
-def test_the_help_fits_80_columns(command, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main([command, "--help"]) == 0
-    text = capsys.readouterr().out
-    assert [line for line in text.splitlines() if len(line) > 80] == []

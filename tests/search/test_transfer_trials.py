@@ -252,7 +252,7 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "trials", "--trials", "talc"], "--trials: the trials differ in powder"),
         (["--trials", "talc", "--heading", "-90"], "no robot of --trials goes towards 270 degrees"),
         (["--trials", "trials", "--trials", "talc", "--powder=talc", "--heading=-90"], "towards"),
-        (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials is as"),
+        (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials matches"),
         (["--simulated-in", "soft"], "--simulated-in needs --trials DIR; give that as well"),
         (["--cycles", "9"], "--cycles needs --trials"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),

@@ -48,9 +48,3 @@ def test_the_page_needs_no_library_of_an_extra(tmp_path, part):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_help_fits_80_columns():
-    done = softvox("explore", "--help", COLUMNS="80")
-    assert done.returncode == 0
-    assert [line for line in done.stdout.splitlines() if len(line) > 80] == []

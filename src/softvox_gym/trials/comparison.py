@@ -429,9 +429,9 @@ def _section(rows: Sequence[Row]) -> Section:
         "more than 90."
         if angles.size
         else "No design has a heading in both worlds.",
-        "\nRMS errors are {rms_multiple:.1f} times what trials of a design differ by (median)."
+        "\nRMS errors are {rms_multiple:.1f} times the difference between trials (median)."
         if usual.size
-        else "\nNo design has two trials that differ, so nothing says how large these errors are.",
+        else "\nNo design has two trials that differ, so errors have no scale.",
     ]
     return Section(
         title=str(rows[0].condition),
