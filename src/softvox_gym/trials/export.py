@@ -1,4 +1,4 @@
-"""Trials for the tools of others: JSON Lines, and Parquet; the same bytes for the same trials."""
+"""Export of trials to JSON Lines and Parquet; the same bytes for the same trials."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 from softvox_gym.trials.trial import KEYS, PROVENANCE, PROVENANCE_NUMBERS, Trial
 
-#: What a point of a track is.
+#: The columns of a point of a track.
 TRACK = ("cycle", "x_cm", "y_cm")
 
 
 def facts_of(trial: Trial) -> dict[str, Any]:
-    """Return all that a trial's file says, with its digest before, the track last.
+    """Return all facts of a trial's file, with its digest first and the track last.
 
     Examples
     --------
@@ -28,15 +28,15 @@ def facts_of(trial: Trial) -> dict[str, Any]:
 
 
 def as_json_lines(trials: Iterable[Trial]) -> bytes:
-    """Return a line of JSON per trial, of `facts_of` it."""
+    """Return one line of JSON per trial, with its `facts_of`."""
     lines = (json.dumps(facts_of(trial), ensure_ascii=False) for trial in trials)
     return "".join(f"{line}\n" for line in lines).encode()
 
 
 def as_parquet(trials: Iterable[Trial]) -> bytes:
-    """Return a table with a row per trial, of `facts_of` it; ImportError without pyarrow.
+    """Return a table with one row per trial, with its `facts_of`; ImportError without pyarrow.
 
-    In place of the track there are lists, cycle, x_cm and y_cm.
+    The lists cycle, x_cm and y_cm replace the track.
     """
     import pyarrow as pa
     from pyarrow import parquet
