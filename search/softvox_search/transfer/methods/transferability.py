@@ -138,7 +138,7 @@ class Transferability(Method):
 
 
 def _behaviour(moved: Array, height: Array) -> Array:
-    """Return the behaviour of designs, (6561, 4): distance, height, heading as half a unit vector."""
+    """Return the behaviour of designs, (6561, 4): distance, height, half a heading vector."""
     distance = np.sqrt(np.square(moved[:, :2]).sum(axis=1))
     heading = moved[:, :2] / np.maximum(distance, 1e-9)[:, np.newaxis] / 2
     spread = max(float(np.ptp(height)), 1e-9)
