@@ -1,4 +1,4 @@
-"""The transfer methods by name, and one's own by where they are."""
+"""The registry: this package's transfer methods by name, and your own by import path."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def make(
     /,
     **options: Any,
 ) -> Guarded:
-    """Make a transfer method, which may then be driven by hand: ask, test, tell, recommend.
+    """Make a transfer method, which you can drive yourself: ask, test, tell, recommend.
 
     Parameters
     ----------
     method : str, class or function
-        One of `METHODS`, or "package.module:name" for one's own: a class, which is called as
+        One of `METHODS`, or "package.module:name" for your own: a class, which is called as
         ``Class(simulator, task, rng, **options)``, or a function; see `FunctionMethod`. Or the
         class or the function itself.
     simulator : Simulator
@@ -58,19 +58,19 @@ def make(
     rng : numpy.random.Generator
         Its own.
     **options
-        Of the class or function; its docstring describes them.
+        Options of the class or function; its docstring describes them.
 
     Returns
     -------
     Guarded
-        The method, held to the order of its calls.
+        The method, with its order of calls enforced.
 
     Raises
     ------
     TypeError, ValueError
-        For what leads to no method, an option that it doesn't take, or a value that it refuses.
+        If it leads to no method, or an option is unknown or has a value that the method rejects.
     ImportError
-        Where a library that the method needs is not installed.
+        If a library that the method needs is not installed.
     """
     name = name_of(method)
     if callable(method):
@@ -88,5 +88,5 @@ def make(
 
 
 def name_of(method: Any) -> str:
-    """Return what to call a method: its name, or that of its class or function."""
+    """Return the name of a method, or of its class or function."""
     return method if isinstance(method, str) else getattr(method, "__name__", repr(method))

@@ -1,4 +1,4 @@
-"""The transferability approach: search the simulator for what is good, transfers, and is new."""
+"""The transferability approach: search the simulator for fit, transferable and diverse designs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _Three(base.Fitness):  # type: ignore[misc]  # DEAP has no type hints
 
 
 class _Front(Evolutionary):
-    """NSGA-II on the reward in the simulator, the disparity expected, and diversity."""
+    """NSGA-II on the reward in the simulator, the expected disparity, and diversity."""
 
     fitness = _Three
 
@@ -56,8 +56,8 @@ class _Front(Evolutionary):
         pool = offspring + self.population
         digits = rows(pool, LATTICE)
         numbers = LATTICE.numbers(digits)
-        # The mean share of sites in which a design differs from the others: of every site, how
-        # many have another digit there.
+        # The mean share of sites in which a design differs from the others: for every site, the
+        # number of others with another digit there.
         alike = (digits[:, :, np.newaxis] == np.arange(3)).sum(axis=0)
         diversity = 1 - alike[np.arange(LATTICE.sites), digits].mean(axis=1) / len(pool)
         columns = self.reward[numbers], self.disparity[numbers], diversity
@@ -68,20 +68,20 @@ class _Front(Evolutionary):
 
 
 class Transferability(Method):
-    """Evolves designs in the simulator for reward, little disparity to reality, and diversity.
+    """Evolves designs in the simulator for reward, low disparity from reality, and diversity.
 
-    The disparity of a design tested is how far apart its displacements in simulator and reality
-    are; that of the others is weighted by the inverse squared distance to those tested, in the
-    behaviour in the simulator: distance travelled, mean height, heading. After some generations
-    the design of the population that behaves least like those tested is the next test; the first
-    is the fittest. Builds the best tested.
+    The disparity of a tested design is the distance between its displacements in simulator and
+    reality. That of the others is interpolated from the tested ones, weighted by the inverse
+    squared distance in the behaviour in the simulator: distance travelled, mean height, heading.
+    After some generations the next test is the design of the population that behaves least like the
+    tested ones; the first test is the fittest. Recommends the best tested design.
 
     Parameters
     ----------
     population : int
         A multiple of 4.
     generations : int
-        From one test to the next.
+        Number of generations between tests.
 
     Notes
     -----
@@ -108,12 +108,12 @@ class Transferability(Method):
         self._behaviour = _behaviour(moved, simulator.mean_height())
         self._front = _Front(rng, population, task.reward(moved))
         self._generations = generations
-        # Of every design: to the nearest tested, squared; weights, and weights times disparities.
+        # For every design: squared distance to the nearest tested; weights; weighted disparities.
         self._apart = np.full(N_DESIGNS, np.inf)
         self._weight, self._weighted = np.zeros(N_DESIGNS), np.zeros(N_DESIGNS)
 
     def ask(self) -> int:
-        """Evolve, and return the design that behaves least like those tested."""
+        """Evolve, and return the design that behaves least like the tested ones."""
         for _ in range(self._generations):
             population = self._front.advance()
         among = np.zeros(N_DESIGNS, dtype=bool)
@@ -126,7 +126,7 @@ class Transferability(Method):
         return first_best(self._apart, among)
 
     def tell(self, test: Test) -> None:
-        """Learn how far it is off, and what that says of the others."""
+        """Learn the disparity of the test, and what it implies for the others."""
         super().tell(test)
         off = self._moved[test.design, :2] - test.displacement[:2]
         apart = np.square(self._behaviour - self._behaviour[test.design]).sum(axis=1)
@@ -138,7 +138,7 @@ class Transferability(Method):
 
 
 def _behaviour(moved: Array, height: Array) -> Array:
-    """Return what designs do, shape (6561, 4): distance, height, heading as half a unit vector."""
+    """Return the behaviour of designs, (6561, 4): distance, height, half a heading vector."""
     distance = np.sqrt(np.square(moved[:, :2]).sum(axis=1))
     heading = moved[:, :2] / np.maximum(distance, 1e-9)[:, np.newaxis] / 2
     spread = max(float(np.ptp(height)), 1e-9)
