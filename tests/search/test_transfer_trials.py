@@ -255,6 +255,7 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials matches"),
         (["--simulated-in", "soft"], "--simulated-in needs --trials DIR; give that as well"),
         (["--cycles", "9"], "--cycles needs --trials"),
+        (["--trials", "."], "--trials: there are no trials; give one at least"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),
         (["--trials", "trials", "--cycles", "1:0"], "--cycles: must be N or REAL:SIMULATED"),
         (["--trials", "trials", "--cycles", "1:2:3"], "--cycles: must be N or REAL:SIMULATED"),

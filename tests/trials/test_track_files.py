@@ -232,6 +232,7 @@ PIXELS = "t_s,x_px,y_px\n"
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,\x1c.3\n", {}, r"line 3: y_cm must be .*'\\x1c\.3'"),
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,\u0663\n", {}, "line 3: y_cm must be a finite number"),
         (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "counts no frames; leave --fps out"),
+        (PIXELS + "0,0,0\n1,1,0\n", {"point": "nose"}, "no names to points; leave --point out"),
         (files.DEEPLABCUT, {"scale": "1/9"}, "counts frames; give the frames per second .* --fps"),
         (
             files.DEEPLABCUT,

@@ -9,7 +9,7 @@ import pytest
 import softvox_gym.cli
 from softvox_gym import Design
 from softvox_gym.landscapes.analysis import symmetry_classes
-from softvox_view.cli import build
+from softvox_view.cli import build, options
 from softvox_view.figures.robots import published
 
 BURIED = ("1" * 13 + "2" + "1" * 13, "--shape", "3x3x3")
@@ -164,5 +164,5 @@ def test_bad_input_is_one_line(softvox, drawn, tmp_path, arguments, error):
 
 def test_a_missing_library_is_named(softvox, monkeypatch):
     monkeypatch.setitem(sys.modules, "softvox_view.figures.sheets", None)
-    monkeypatch.setattr(build, "missing", lambda what, error: f"{what} needs matplotlib")
+    monkeypatch.setattr(options, "missing", lambda what, *_: f"{what} needs matplotlib")
     assert softvox("6453", "--out", "a.pdf")[2] == "softvox: error: --out needs matplotlib\n"

@@ -142,13 +142,13 @@ def read_chosen(args: Namespace) -> list[Trial]:
         Where a folder is missing or has a fault, or none is chosen of those that there are.
     """
     with bad_input():
-        every = read(*folders_of(args))
-        return _some_chosen(every, args) if every else []
+        return _some_chosen(read(*folders_of(args)), args)
 
 
 def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
-    """Return what `chosen` does; ValueError where that is none."""
-    if not (made := chosen(trials, args)):
+    """Return what `chosen` does; ValueError where that is none of several."""
+    made = chosen(trials, args)
+    if trials and not made:
         raise ValueError(
             f"none of the {len(trials)} trials matches the options; softvox trials list shows all"
         )

@@ -228,6 +228,8 @@ def _tracks(
         tracks: tuple[Track, ...] = (_tracker(path, content, film.point, *head),)
     else:
         tracks = _csv(path, content, lattice)
+        if film.point is not None:
+            raise CsvError(f"{path} gives no names to points; leave --point out")
     if film.fps is not None:
         raise CsvError(f"{path} counts no frames; leave --fps out")
     return "tracker" if head else "csv", tracks

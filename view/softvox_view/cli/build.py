@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +22,8 @@ from softvox_gym.landscapes.analysis import symmetry_classes
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import landscape
 from softvox_gym.lattice import Lattice
-from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
+from softvox_view.cli.options import import_figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -159,11 +158,7 @@ def check_form(out: Path) -> None:
     form = out.suffix.lower()
     if form not in FORMS:
         raise BadInputError(f"--out must end in {', '.join(FORMS)}, got {str(out)!r}")
-    try:
-        for module in ("style", "sheets"):  # the style before all that imports matplotlib
-            import_module(f"softvox_view.figures.{module}")
-    except ModuleNotFoundError as error:
-        raise BadInputError(missing("--out", error)) from error
+    import_figures("sheets")
 
 
 def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:

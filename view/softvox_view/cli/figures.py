@@ -5,16 +5,14 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder
-from softvox_gym.missing import missing
 from softvox_gym.progress import Progress
 from softvox_gym.realities import reality
-from softvox_view.cli.options import add_results, read_results, write_figures
+from softvox_view.cli.options import add_results, import_figures, read_results, write_figures
 from softvox_view.figures import (
     FIGURES,
     OF_REALITIES,
@@ -118,11 +116,10 @@ def run(args: Namespace) -> int:
     names = _names(args)
     with bad_input("--reality"):
         chosen = tuple(reality(name) for name in dict.fromkeys(args.reality))
-    try:
-        for module in ("style", "search") if args.results else ("style",):
-            import_module(f"softvox_view.figures.{module}")
-    except ModuleNotFoundError as error:
-        raise BadInputError(missing("figures", error, LIBRARIES if args.results else ())) from error
+    if args.results:
+        import_figures("search", what="figures", libraries=LIBRARIES)
+    else:
+        import_figures(what="figures")
     results = read_results(args.results, of_transfer=None)
     names = _drawable(names, results)
     scale = args.scale or SCALES[0]

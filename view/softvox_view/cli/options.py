@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,12 +19,13 @@ if TYPE_CHECKING:
 LIBRARIES = ("msgspec", "pandas", "pyarrow")
 
 
-def import_figures() -> None:
-    """Import what draws the figures of --out; BadInputError, before the work, where it can't be."""
+def import_figures(*modules: str, what: str = "--out", libraries: Sequence[str] = ()) -> None:
+    """Import modules of figures; BadInputError, before the work, where they can't be."""
     try:
-        from softvox_view.figures import style  # noqa: F401, before all that imports matplotlib
+        for module in ("style", *modules):  # the style before all that imports matplotlib
+            import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
-        raise BadInputError(missing("--out", error)) from error
+        raise BadInputError(missing(what, error, libraries)) from error
 
 
 def write_figures(out: Path, files: Mapping[str, bytes | str], *, force: bool) -> None:
