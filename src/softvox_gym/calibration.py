@@ -356,7 +356,8 @@ def calibrate(
     Raises
     ------
     TypeError, ValueError
-        For a grid that is none or too large, or tracks that no heading can be told of.
+        For a grid that is none or too large, what are no tracks, or those that no heading can be
+        told of.
 
     Notes
     -----
@@ -377,6 +378,11 @@ def calibrate(
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
     if isinstance(tracks, MeasuredReality):
         tracks = tracks.against(base).tracks
+    if not isinstance(tracks, Sequence) or any(not isinstance(one, RealTrack) for one in tracks):
+        raise TypeError(
+            "tracks must be several RealTracks, as read_tracks or tracks_of returns them, or a "
+            f"reality that Reality.from_trials makes, got a {type(tracks).__name__}"
+        )
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

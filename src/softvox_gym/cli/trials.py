@@ -14,12 +14,12 @@ from softvox_gym.trials.database import read
 from softvox_gym.trials.measured import MeasuredReality, from_trials
 from softvox_gym.trials.trial import Trial
 
-#: Options whose fact of a trial has to be as they say, and those whose text it has to contain.
+#: Options whose fact of a trial has to be as they say, and those of which a part may do.
 EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz"}
-CONTAINED = ("surface", "powder", "who")
+TEXTS = ("surface", "powder", "who")
 
 #: What `add_filters` adds.
-FILTERS = ("design", "lattice", "simulated_in", *EQUAL, *CONTAINED)
+FILTERS = ("design", "lattice", "simulated_in", *EQUAL, *TEXTS)
 
 
 def add_trials(parser: ArgumentParser) -> None:
@@ -42,11 +42,21 @@ def add_filters(parser: Any) -> None:
     parser.add_argument("--lattice", metavar="NAME", help="only designs of this one, as 2x2x2")
     parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
     parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
-    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
-    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
-    parser.add_argument("--kpa", type=number, metavar="X", help="only this pressure of the pump")
-    parser.add_argument("--hz", type=number, metavar="X", help="only this frequency of the pump")
-    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
+    parser.add_argument(
+        "--surface",
+        metavar="TEXT",
+        help="only this one; where no trial has it, those that contain the text",
+    )
+    parser.add_argument("--powder", metavar="TEXT", help="the same; '' where none is said")
+    for option, what in (("--kpa", "pressure"), ("--hz", "frequency")):
+        words = f"only this {what} of the pump; '' where none is said"
+        parser.add_argument(option, type=_number_or_none, metavar="X", help=words)
+    parser.add_argument("--who", metavar="TEXT", help="only of this one, or as --surface")
+
+
+def _number_or_none(text: str) -> float | str:
+    """Read a number, or "" for none."""
+    return number(text) if text else text
 
 
 def measured_of(args: Namespace) -> MeasuredReality | None:
@@ -78,15 +88,24 @@ def some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
 
 def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
     """Return the trials that the options of `add_filters` choose; all where none is given."""
+    given = ((name, vars(args)[name]) for name in TEXTS)
+    texts = [_of_text(trials, name, text) for name, text in given if text is not None]
     return [
         trial
         for trial in trials
         if args.design in (None, str(called(trial.design)), trial.design.digits)
         and args.lattice in (None, str(trial.design.lattice))
         and args.simulated_in in (None, trial.reality)
-        and all(vars(args)[name] in (None, getattr(trial, key)) for name, key in EQUAL.items())
         and all(
-            (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
-            for name in CONTAINED
+            vars(args)[name] in (None, getattr(trial, key) or "") for name, key in EQUAL.items()
         )
+        and all(trial in some for some in texts)
     ]
+
+
+def _of_text(trials: Sequence[Trial], name: str, text: str) -> set[Trial]:
+    """Return the trials of which a text is that, whatever its case; where none is, has it in it."""
+    own = {trial: getattr(trial, name).casefold() for trial in trials}
+    wanted = text.casefold()
+    exact = {trial for trial, value in own.items() if value == wanted}
+    return exact or {trial for trial, value in own.items() if text and wanted in value}

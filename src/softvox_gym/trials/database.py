@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
-from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
+from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError, several
 
 #: Of the files' names.
 ENDING = ".json"
@@ -39,7 +39,7 @@ def shipped() -> Path:
     return Path(__file__).parents[1] / "data" / "trials"
 
 
-def read(*folders: Path) -> tuple[Trial, ...]:
+def read(*folders: Path | str) -> tuple[Trial, ...]:
     """Return the trials of some folders, sorted by digest, each once.
 
     Files whose names don't end in .json are left alone, and hidden ones.
@@ -49,22 +49,26 @@ def read(*folders: Path) -> tuple[Trial, ...]:
     TrialError
         For the first fault that `check` finds, or where there is no such folder.
     """
-    return _sorted(_held(folders))
+    return _sorted(_held(map(Path, folders)))
 
 
-def check(*folders: Path) -> Checked:
+def check(*folders: Path | str) -> Checked:
     """Tell all that is wrong in folders, and between them; TrialError where there is none."""
-    held, faults = _checked(folders)
+    paths = [Path(folder) for folder in folders]
+    held, faults = _checked(paths)
     left = [
         f"{path} is left of a command that was interrupted; delete it, unless one runs now"
-        for folder in folders
+        for folder in paths
         for path in sorted(folder.glob(".*.json.partial-*"))
     ]
     return Checked(_sorted(held), tuple(faults), (*left, *_copies(held)))
 
 
 def add(
-    folder: Path, trials: Iterable[Trial] | Mapping[Trial, str], *, refuse_copies: bool = False
+    folder: Path | str,
+    trials: Iterable[Trial] | Mapping[Trial, str],
+    *,
+    refuse_copies: bool = False,
 ) -> Added:
     """Add trials, or a mapping of them to what errors call each, to a folder, which may be new.
 
@@ -73,7 +77,7 @@ def add(
 
     Parameters
     ----------
-    folder : Path
+    folder : Path or str
     trials : iterable of Trial, or mapping of Trial to str
     refuse_copies : bool
         Refuse a measured track that another trial has too, of these or of the folder.
@@ -83,15 +87,17 @@ def add(
     TrialError
         Before anything is written: where the folder has a fault, or two trials, of these or of the
         folder, describe the same run differently.
+    TypeError
+        For what are no trials.
     """
     if not isinstance(trials, Mapping):
-        trials = dict.fromkeys(trials, "a trial to add")
-    return _add(folder, trials, refuse_copies=refuse_copies)
+        trials = dict.fromkeys(several(trials), "a trial to add")
+    return _add(Path(folder), trials, refuse_copies=refuse_copies)
 
 
-def merge(into: Path, *others: Path) -> Added:
+def merge(into: Path | str, *others: Path | str) -> Added:
     """Add what other folders hold to a folder, as `add` does; errors name the files of both."""
-    return _add(into, _held(others))
+    return _add(Path(into), _held(map(Path, others)))
 
 
 def name_of(trial: Trial) -> str:

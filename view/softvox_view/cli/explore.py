@@ -68,10 +68,12 @@ def run(args: Namespace) -> int:
     from softvox_view.explore.page import page
 
     if args.out:
-        check_file(args.out, force=args.force)
+        with bad_input("--out"):
+            check_file(args.out, force=args.force)
     content = page(read_results(args.results), trials_of(args)).encode()
     path = args.out or Path(mkdtemp(prefix="softvox-")) / "landscape.html"
-    write_file(path, content, force=args.force)
+    with bad_input("--out"):
+        write_file(path, content, force=args.force)
     state = args.state.rpartition("#")[2]
     address = path.resolve().as_uri() + (f"#{state}" if state else "")
     print(f"the landscape is at {address}")
