@@ -1,4 +1,5 @@
 import csv
+import errno
 import json
 import os
 import pty
@@ -295,6 +296,17 @@ def test_output_that_cannot_be_written_is_one_line():
         )
     assert done.returncode == 2
     assert done.stderr == "softvox: error: cannot write the output: No space left on device\n"
+
+
+def test_input_that_cannot_be_read_is_named(monkeypatch, capsys):
+    def run(_):
+        raise PermissionError(errno.EACCES, "Permission denied", "theirs/manifest.json")
+
+    monkeypatch.setattr(cli.verify, "run", run)
+    monkeypatch.setattr("softvox_gym.cli._drop_output", lambda: None)
+    assert cli.main(["verify"]) == 2
+    error = "softvox: error: theirs/manifest.json: Permission denied\n"
+    assert capsys.readouterr() == ("", error)
 
 
 @pytest.mark.parametrize("quiet", [False, True])

@@ -33,10 +33,8 @@ def test_one_file_holds_all_and_names_no_host(tmp_path):
     assert "https:" not in addresses
     assert "\nimport " not in text
     again = softvox("explore", "--out", str(path))
-    assert again.returncode == 2
-    assert again.stderr == (
-        f"softvox: error: --out {path} exists; choose another, or replace it with --force\n"
-    )
+    told = f"softvox: error: --out {path} exists; choose another, or replace it with --force\n"
+    assert (again.returncode, again.stderr) == (2, told)
     assert softvox("explore", "--out", str(path), "--force").returncode == 0
 
 

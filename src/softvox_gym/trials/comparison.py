@@ -35,7 +35,7 @@ from softvox_gym.real_tracks import (
 from softvox_gym.real_tracks import compare as compare_tracks
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.trials.measured import laid, pair
-from softvox_gym.trials.trial import Condition, Trial
+from softvox_gym.trials.trial import Condition, Trial, several
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -268,9 +268,7 @@ def compare(
     >>> f"{row['heading_error']:.0f} degrees, {row['rms_error_multiple']:.0f} times"
     '164 degrees, 29 times'
     """
-    given = list(trials)
-    if others := [one for one in given if not isinstance(one, Trial)]:
-        raise TypeError(f"trials must be Trials, got a {type(others[0]).__name__}")
+    given = several(trials)
     if not given:
         raise ValueError("there are no trials to compare; give one at least")
     world = Reality.of(physics)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
-from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
+from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError, several
 
 #: The form of the files' names.
 ENDING = ".json"
@@ -39,7 +39,7 @@ def shipped() -> Path:
     return Path(__file__).parents[1] / "data" / "trials"
 
 
-def read(*folders: Path) -> tuple[Trial, ...]:
+def read(*folders: Path | str) -> tuple[Trial, ...]:
     """Return the trials of some folders, sorted by digest, each once.
 
     Ignores hidden files and files whose names don't end in .json.
@@ -49,22 +49,26 @@ def read(*folders: Path) -> tuple[Trial, ...]:
     TrialError
         For the first fault that `check` finds, or if a folder does not exist.
     """
-    return _sorted(_held(folders))
+    return _sorted(_held(map(Path, folders)))
 
 
-def check(*folders: Path) -> Checked:
+def check(*folders: Path | str) -> Checked:
     """Return all faults in folders, and between them; TrialError if a folder does not exist."""
-    held, faults = _checked(folders)
+    paths = [Path(folder) for folder in folders]
+    held, faults = _checked(paths)
     left = [
         f"{path} is left of a command that was interrupted; delete it, unless one runs now"
-        for folder in folders
+        for folder in paths
         for path in sorted(folder.glob(".*.json.partial-*"))
     ]
     return Checked(_sorted(held), tuple(faults), (*left, *_copies(held)))
 
 
 def add(
-    folder: Path, trials: Iterable[Trial] | Mapping[Trial, object], *, refuse_copies: bool = False
+    folder: Path | str,
+    trials: Iterable[Trial] | Mapping[Trial, object],
+    *,
+    refuse_copies: bool = False,
 ) -> Added:
     """Add trials, or a mapping from trials to their names in errors, to a folder, even a new one.
 
@@ -73,7 +77,7 @@ def add(
 
     Parameters
     ----------
-    folder : Path
+    folder : Path or str
     trials : iterable of Trial, or mapping of Trial to str or Path
     refuse_copies : bool
         Refuse a measured track that another trial, given or in the folder, has too.
@@ -83,9 +87,12 @@ def add(
     TrialError
         Before anything is written, if the folder has a fault, or two trials, given or in the
         folder, describe the same run differently.
+    TypeError
+        For what are no trials.
     """
+    folder = Path(folder)
     places: Mapping[Trial, object] = (
-        trials if isinstance(trials, Mapping) else dict.fromkeys(trials, "a trial to add")
+        trials if isinstance(trials, Mapping) else dict.fromkeys(several(trials), "a trial to add")
     )
     check_folder(folder, (), force=True)
     held = _held([folder]) if folder.is_dir() else {}
@@ -107,9 +114,9 @@ def add(
     return Added(new, known)
 
 
-def merge(into: Path, *others: Path) -> Added:
+def merge(into: Path | str, *others: Path | str) -> Added:
     """Add the trials of other folders to a folder, as `add` does; errors name both files."""
-    return add(into, _held(others))
+    return add(into, _held(map(Path, others)))
 
 
 def name_of(trial: Trial) -> str:

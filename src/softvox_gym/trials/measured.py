@@ -20,7 +20,7 @@ from softvox_gym.noise import not_negative
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
-from softvox_gym.trials.trial import Condition, Trial
+from softvox_gym.trials.trial import Condition, Trial, several
 
 Array = NDArray[np.float64]
 
@@ -309,9 +309,7 @@ def laid(trial: Trial, cycles: tuple[float, float], *, edge_cm: float = 1.0) -> 
 
 def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     """Return the trials, checked to form one reality, ordered by design and digest."""
-    given = tuple(trials) if isinstance(trials, Iterable) else (None,)
-    if not all(isinstance(trial, Trial) for trial in given):
-        raise TypeError("trials must be several softvox_gym.trials.Trial, as read(folder) returns")
+    given = several(trials)
     if not given:
         raise ValueError("there are no trials; give one at least")
     others = [
@@ -322,7 +320,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     if others:
         raise ValueError(
             f"a reality has the designs of {LATTICE}, and {len(others)} of {len(given)} runs are "
-            f"of others: {some(others)}; leave them out"
+            f"of others: {some(others)}; leave them out, as --lattice {LATTICE} does"
         )
     for name in Condition._fields:
         counts = Counter(getattr(trial, name) for trial in given)

@@ -438,8 +438,9 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
     start = start if is_seconds else 0.0
     kept = [point for point in track.points if point[1] >= start or not is_seconds]
     if len(kept) < 2:
+        points = f"{len(kept)} point{'s' * (not kept)}"
         raise CsvError(
-            f"{path}, line {track.points[0][0]}: the track has {len(kept)} points since the start "
+            f"{path}, line {track.points[0][0]}: the track has {points} since the start "
             f"at {start:g}, and needs two; add points, give another --start-s, or take it out"
         )
     late = (kept[0][1] - start) * rate

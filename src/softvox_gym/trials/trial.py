@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -321,6 +321,14 @@ _KEYS = tuple(one.name for one in fields(Trial) if one.name not in ("cycle", "po
 KEYS = (*_HEAD, "shape", "phases", *_KEYS, "track")
 
 _NEEDED = {"shape", "phases", "design", "surface", "who", "license", "track"}
+
+
+def several(trials: Any) -> tuple[Trial, ...]:
+    """Return trials in the order given; TypeError for what are none, and for one alone."""
+    given = tuple(trials) if isinstance(trials, Iterable) else (None,)
+    if not all(isinstance(trial, Trial) for trial in given):
+        raise TypeError("trials must be several softvox_gym.trials.Trial, as read(folder) returns")
+    return given
 
 
 def _design(design: Any, lattice: Lattice | None = None) -> Design:
