@@ -207,10 +207,11 @@ def _is_deterministic(subject: _Subject) -> None:
 def _is_undisturbed(subject: _Subject) -> None:
     """Two searchers asked in turn do what each does alone; functions can't take turns."""
     alone = list(subject.course(subject.make_env))
-    in_turn = zip(subject.course(subject.make_env), subject.course(subject.make_env), strict=True)
+    pair = (subject.course(subject.make_env) for _ in range(2))
+    in_turn = list(zip_longest(*pair, fillvalue=np.zeros(0)))
     message = "is disturbed by another one that runs beside it, and {}; it must share nothing"
-    for step, pair in enumerate(in_turn):
-        subject.require_same([*alone[step : step + 1] * 2], pair, message)
+    for course in zip(*in_turn, strict=True):
+        subject.require_same(alone, course, message)
 
 
 def _keeps_budgets(subject: _Subject) -> None:

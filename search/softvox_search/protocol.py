@@ -56,7 +56,7 @@ class Searcher(Protocol):
         designs
             Anything that `softvox_gym.simulate` takes for a batch: rows of digits, shape
             (m, sites), an array of design numbers, a list of Design. One design alone is a batch
-            of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. None at all ends the search.
+            of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. An empty one ends the search.
         """
         ...
 

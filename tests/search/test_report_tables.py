@@ -375,6 +375,15 @@ def halved(monkeypatch):
 
 
 @pytest.mark.usefixtures("halved")
+@pytest.mark.parametrize(("amounts", "is_known"), [({}, True), ({"friction": 0.0}, False)])
+def test_of_noise_with_other_amounts_nothing_is_known_but_at_level_0(amounts, is_known):
+    made = results(*random_runs(["a"], 1, 5, levels=(0.0, 1.0)))
+    for problem in made.problems:
+        problem.wrappers = ({"name": "JakobiNoise", **amounts},)
+    told = tables.make(made)["recommendations"].set_index("level")["true_value"]
+    assert told.notna().to_dict() == {0.0: True, 1.0: is_known}
+
+
 def test_recommendations_are_held_against_the_truth_at_their_level():
     found = made(
         run(0, "a", [BEST], level=0.0, believed=4.7),

@@ -156,6 +156,22 @@ def test_sets_are_held_against_the_references_reality_by_reality():
     assert "### Against random, public" in page(Made(), tables, [])
 
 
+def test_a_set_is_told_of_as_far_as_all_its_realities_were_tested(tmp_path):
+    method = {"name": "random", "label": "r"}
+    data = FILE | {
+        "seeds": 1,
+        "tasks": ["displacement"],
+        "methods": [
+            method | {"realities": ["public-0"], "tests": 3},
+            method | {"realities": ["public-1"], "tests": 5},
+        ],
+    }
+    outcome = do(tmp_path / "out", data)
+    assert outcome.is_whole
+    regret = make(read(tmp_path / "out", of_transfer=True))["regret"]
+    assert regret["tests"].tolist() == [1, 2, 3]
+
+
 def test_groups():
     assert [group_of(name) for name in ("public-3", "test-0", "soft", "half_step")] == [
         *("public", "test", "soft", "half_step")

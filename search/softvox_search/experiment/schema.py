@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -427,9 +428,9 @@ def tried(place: str, what: Callable[[], T]) -> T:
 
 def check_different(kind: str, key: str, names: list[str]) -> None:
     """Raise ValueError for a name that is there twice."""
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
+    name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
+    if times > 1:
+        raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
 
 
 def _label(physics: str | dict[str, Any]) -> str:

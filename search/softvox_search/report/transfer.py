@@ -107,10 +107,18 @@ def _overview(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _units(own: pd.DataFrame) -> Array:
-    """Return curves, shape (n, 2, tests): of a reality by seed, of a set by reality."""
-    if own["reality"].nunique() == 1:
-        return np.stack(own["curve"].to_list())
-    return np.stack([np.mean(one["curve"].to_list(), axis=0) for _, one in groups(own, "reality")])
+    """Return curves, shape (n, 2, tests): of a reality by seed, of a set by reality.
+
+    Where realities of a set have different numbers of tests, up to the least of these.
+    """
+    tests = min(curve.shape[1] for curve in own["curve"])
+    units = "seed" if own["reality"].nunique() == 1 else "reality"
+    return np.stack(
+        [
+            np.mean([curve[:, :tests] for curve in one["curve"]], axis=0)
+            for _, one in groups(own, units)
+        ]
+    )
 
 
 def _regret(runs: pd.DataFrame) -> pd.DataFrame:

@@ -117,7 +117,7 @@ def transfer(
         ``f(test, simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
     reality : str or softvox_gym.Reality
         As `softvox_gym.reality` names it, or `Reality.from_trials` makes it of what was measured;
-        then designs that nobody measured can't be tested. The method does not learn which.
+        then designs that nobody measured can't be tested, and `Simulator.testable` says which can.
     task : str or softvox_gym.Task
     heading : float, optional
         Of the directed task, degrees; 0 where None. What is told of that task should be the mean

@@ -33,8 +33,8 @@ class Simulator:
     nominal : Physics
         What is believed of the world.
     simulations : int, optional
-        As many designs may be simulated, whatever the physics; without end where None. What was
-        simulated as part of a landscape before is not counted again.
+        As many designs may be simulated, whatever the physics; without end where None. A landscape
+        is counted once.
     testable : array_like of bool, shape (6561,), optional
         Which designs can be tried in reality; all where None.
     progress : callable (done, total), optional
