@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import random
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, zip_longest
@@ -19,12 +20,12 @@ from softvox_gym import TABLE_ENV_ID, Lattice
 from softvox_gym.simulation import check_count
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.function import FunctionSearcher, is_function
-from softvox_search.global_random import global_states, set_global_states
+from softvox_search.global_random import global_states, global_states_kept
 from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
-from softvox_search.protocol import Searcher
+from softvox_search.protocol import Searcher, naming
+from softvox_search.registry import REGISTRY
 from softvox_search.registry import make as make_by_name
-from softvox_search.registry import require_methods
-from softvox_search.run import name_of, naming, recommended, run
+from softvox_search.run import name_of, recommended, run
 
 #: How many designs are asked for, in turn: the searcher's own batch, and parts of one.
 SIZES = (None, 3, None, 1)
@@ -86,16 +87,13 @@ def check(
             f"another callable (space, rng) -> Searcher, got {make!r}"
         )
     subject = _Subject(make, make_env, evaluations, seed)
-    states = global_states()
-    try:
+    with global_states_kept():
         for rule in (_has_the_methods, _is_deterministic, _is_undisturbed, _keeps_budgets):
             try:
                 rule(subject)
             except Exception as error:
                 error.add_note(f"The rule under test: {(rule.__doc__ or '').splitlines()[0]}")
                 raise
-    finally:
-        set_global_states(states)
 
 
 @dataclass(frozen=True)
@@ -147,7 +145,7 @@ class _Subject:
             yield oracle.log.columns()["design"]
             yield self.space.to_rows(design.array)
             return
-        with naming(self.name):
+        with naming(f"searcher {self.name}"):
             for size in cycle(SIZES):
                 if oracle.is_exhausted:
                     break
@@ -179,9 +177,23 @@ class _Subject:
             )
 
 
+@contextmanager
+def global_states_of(seed: int, require: Callable[[object, str], None]) -> Iterator[None]:
+    """Seed the global generators, and require that they are left so."""
+    random.seed(seed)
+    np.random.seed(seed)  # noqa: NPY002, it is meant
+    before = pickle.dumps(global_states())
+    yield
+    require(
+        pickle.dumps(global_states()) == before,
+        "drew from a global random generator (random or numpy.random), or seeded it; draw from the "
+        "generator that it is made with",
+    )
+
+
 def _has_the_methods(subject: _Subject) -> None:
     """Look for the three methods."""
-    require_methods(subject.name, subject.searcher())
+    REGISTRY.require_methods(subject.name, subject.searcher())
 
 
 def _is_deterministic(subject: _Subject) -> None:
@@ -189,15 +201,8 @@ def _is_deterministic(subject: _Subject) -> None:
     for make_env in (subject.make_env, subject.make_noisy):
         courses = []
         for seed in (1, 2):
-            random.seed(seed)
-            np.random.seed(seed)  # noqa: NPY002, it is meant
-            before = pickle.dumps(global_states())
-            courses.append(list(subject.course(make_env)))
-            subject.require(
-                pickle.dumps(global_states()) == before,
-                "drew from a global random generator (random or numpy.random), or seeded it; draw "
-                "from the generator that it is made with",
-            )
+            with global_states_of(seed, subject.require):
+                courses.append(list(subject.course(make_env)))
         made_twice = "made twice with the same generator, {}; it must draw from that alone"
         subject.require_same(courses[0], courses[1], made_twice)
     advised = subject.course(subject.make_noisy, advised=True)

@@ -239,10 +239,14 @@ class World:
         self.rewards: Array = task.reward(self.displacement)
         self._sigma, self._rng = sigma, rng
 
-    @property
-    def is_noisy(self) -> bool:
-        """Whether a second test of a design shows something else."""
-        return self._sigma > 0
+    def crossed_by(
+        self, method: Guarded, tests: int, *, is_advised: bool = True
+    ) -> list[tuple[Test, int]]:
+        """Let a method test designs, at most so many; see `Guarded.course`."""
+        if isinstance(method.method, Oracle):
+            method.method.truth = self.rewards
+        test = partial(self.test, track=bool(getattr(method, "wants_track", False)))
+        return method.course(test, tests, may_repeat=self._sigma > 0, is_advised=is_advised)
 
     def test(self, design: int, *, track: bool = False) -> Test:
         """Try a design; SearcherError for one that nobody measured."""
@@ -278,13 +282,7 @@ def truth(reality: Reality) -> Array:
 
 
 def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: int) -> TransferRun:
-    if isinstance(method.method, Oracle):
-        method.method.truth = world.rewards
-    course = method.course(
-        partial(world.test, track=bool(getattr(method, "wants_track", False))),
-        tests,
-        may_repeat=world.is_noisy,
-    )
+    course = world.crossed_by(method, tests)
     simulations = simulator.used  # what follows is not its own doing
     tested = np.array([test.design for test, _ in course], dtype=np.int64)
     advice = [design for _, design in course]
