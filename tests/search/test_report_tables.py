@@ -374,7 +374,6 @@ def halved(monkeypatch):
     monkeypatch.setattr(softvox_gym, "noisy_landscape", noisy_landscape, raising=False)
 
 
-@pytest.mark.usefixtures("halved")
 @pytest.mark.parametrize(("amounts", "is_known"), [({}, True), ({"friction": 0.0}, False)])
 def test_of_noise_with_other_amounts_nothing_is_known_but_at_level_0(amounts, is_known):
     made = results(*random_runs(["a"], 1, 5, levels=(0.0, 1.0)))
@@ -384,6 +383,7 @@ def test_of_noise_with_other_amounts_nothing_is_known_but_at_level_0(amounts, is
     assert told.notna().to_dict() == {0.0: True, 1.0: is_known}
 
 
+@pytest.mark.usefixtures("halved")
 def test_recommendations_are_held_against_the_truth_at_their_level():
     found = made(
         run(0, "a", [BEST], level=0.0, believed=4.7),

@@ -305,7 +305,9 @@ def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
 
 
 def clear(folder: Path) -> None:
-    """Throw earlier results away."""
+    """Throw earlier results away; where there are none, what has such a name is somebody else's."""
+    if not (folder / MANIFEST).exists() and not any((folder / FOLDER).glob("*.parquet")):
+        return
     for path in (folder / name for name in OURS):
         if path.is_dir():
             shutil.rmtree(path)

@@ -19,11 +19,6 @@ class CatCma(Adapter):
     It has no stopping rule for categorical ones, so here a generation that holds nothing new counts
     as converged, and the distribution is made uniform again.
 
-    Parameters
-    ----------
-    space : Lattice
-    rng : numpy.random.Generator
-
     Raises
     ------
     ImportError

@@ -197,8 +197,6 @@ class Cppn(Afpo):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Survivors of every generation.
     structure : float
@@ -249,7 +247,7 @@ class Cppn(Afpo):
         made = Drawn((), self.fitness())
         for _ in range(TRIES):
             # Presence, and one for each kind of voxel: as many as a site has states with absent.
-            made.network = Network.random(getattr(self.space, "states", 3))
+            made.network = Network.random(self.space.states)
             for _ in range(self._start):
                 made.network = made.network.mutated(1.0)
             made[:] = drawn(made.network, self._inputs, self.space)

@@ -22,8 +22,6 @@ class HillClimber(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     batch : int
         How many neighbours to ask for before moving: 1 is first improvement, all of them (two for
         every site, and one more for every further phase) is steepest ascent. On the 2x2x2 landscape

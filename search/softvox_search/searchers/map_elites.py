@@ -36,8 +36,6 @@ class MapElites(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Designs in a batch; those of the first are drawn at random.
     mutation : float, optional

@@ -22,8 +22,6 @@ class Nevergrad(Adapter):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     optimizer : str
         A name of ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
         documentation proposes with these; it ignores the order of the digits. Made without a

@@ -17,8 +17,6 @@ class Nsga2(Evolutionary):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Survivors of every generation, and children; a multiple of 4, as the tournament by
         dominance and crowding distance takes four at a time.

@@ -20,11 +20,6 @@ class Tpe(Adapter):
     Its settings are the default. Asks for one design at a time, known ones included. Its cost per
     evaluation grows with the number of evaluations.
 
-    Parameters
-    ----------
-    space : Lattice
-    rng : numpy.random.Generator
-
     Raises
     ------
     ImportError

@@ -289,7 +289,7 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
     recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
     regret, class_regret = regrets(world.rewards, recommended)
     expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
-    models = _held(method, "models", (None, N_DESIGNS, 3))
+    models = _held(method, "models", (-1, N_DESIGNS, 3))
     nominal = displacements(landscape(simulator.nominal))
     left = simulator.testable.copy()
     left[tested] = False
@@ -350,13 +350,13 @@ def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     return reality.is_plain and differ <= varied
 
 
-def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array | None:
+def _held(method: Guarded, name: str, *shapes: tuple[int, ...]) -> Array | None:
     """Return what a method expects or holds; None where it does not say, or can't any more.
 
     Raises
     ------
     SearcherError
-        Where it is of none of some shapes, of which None is any length.
+        Where it is of none of some shapes, of which -1 is any length.
     """
     ask = getattr(method, name, None)
     try:
@@ -366,19 +366,14 @@ def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array 
     if said is None:
         return None
     values: Array = np.asarray(said)
-    if values.dtype.kind not in "fiu" or not any(_fits(values.shape, shape) for shape in shapes):
-        wanted = " or ".join(map(str, shapes)).replace("None", "n")
+    any_length = (-1, *values.shape[1:])
+    if values.dtype.kind not in "fiu" or not {values.shape, any_length} & {*shapes}:
+        wanted = " or ".join(map(str, shapes)).replace("-1", "n")
         raise SearcherError(
             f"method {method.name} returned {values.dtype} of shape {values.shape} from {name}; it "
             f"must be None or numbers of shape {wanted}"
         )
     return values
-
-
-def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
-    return len(shape) == len(wanted) and all(
-        there in (None, here) for here, there in zip(shape, wanted, strict=True)
-    )
 
 
 @lru_cache(maxsize=256)

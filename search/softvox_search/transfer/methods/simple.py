@@ -31,14 +31,9 @@ class Random(Method):
 
 
 class Ranked(Method):
-    """Tests designs in a fixed order, the largest `score` first; builds the best tested.
+    """Tests designs in a fixed order, the largest `score` first; builds the best tested."""
 
-    A subclass computes the score, shape (6561,).
-    """
-
-    def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
-        super().__init__(simulator, task, rng)
-        self.score = np.zeros(0)
+    score: Array  #: Which a subclass computes, shape (6561,).
 
     def ask(self) -> int:
         """Return the best not tested yet."""
