@@ -227,6 +227,21 @@ def test_a_method_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch
     assert sorted(runs["status"]) == ["failed"] * 4 + ["ok"] * 4
 
 
+def test_an_option_may_have_the_name_of_something_of_the_run(tmp_path, monkeypatch):
+    (tmp_path / "with_tests.py").write_text(
+        "from softvox_search.transfer import Method\n"
+        "class First(Method):\n"
+        "    def __init__(self, simulator, task, rng, *, tests):\n"
+        "        super().__init__(simulator, task, rng)\n"
+        "    def ask(self):\n"
+        "        return self.untested().argmax()\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    method = {"name": "with_tests:First", "options": {"tests": 7}}
+    run = of_dict(FILE | {"methods": [method], "tasks": ["displacement"]}, "x.toml").runs()[0]
+    assert experiments.cross(run)[1]["design"].tolist() == list(range(10))
+
+
 def test_results_of_methods_are_not_taken_for_those_of_searchers(results):
     with pytest.raises(ResultsError, match="of transfer methods, and those of searchers"):
         read(results.folder)

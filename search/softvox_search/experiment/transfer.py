@@ -26,7 +26,7 @@ from softvox_search.experiment.schema import (
 )
 from softvox_search.log import Columns, digest
 from softvox_search.transfer.registry import make
-from softvox_search.transfer.run import TransferRun, transfer
+from softvox_search.transfer.run import TransferRun, prepared
 from softvox_search.transfer.simulator import Simulator
 
 #: In `realities`: all that have a name.
@@ -275,17 +275,16 @@ def cross(run: TransferTask) -> tuple[dict[str, Any], Columns]:
 def _crossed(run: TransferTask, heading: float | None) -> TransferRun:
     """Do one of a run's headings, with a stream of its own, keyed by names."""
     words = sha256({"entropy": run.entropy, **run.names(), "heading": heading})
-    options: dict[str, Any] = run.method.options
-    return transfer(
+    return prepared(
         run.method.name,
+        run.method.options,  # of which some may be called as what `transfer` is given besides
         reality=run.reality,
         task=run.task,
         heading=heading,
         tests=run.method.tests or 1,
         seed=int.from_bytes(words[:8], "little"),
         measurement_noise=run.measurement_noise,
-        **options,
-    )
+    )()
 
 
 def _padded(values: Any, n: int, with_: float) -> Any:

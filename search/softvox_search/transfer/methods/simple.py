@@ -39,10 +39,6 @@ class Ranked(Method):
         """Return the best not tested yet."""
         return first_best(self.score, self.untested())
 
-    def predict(self) -> Array:
-        """Return the score."""
-        return self.score
-
 
 class SimulatorTop(Ranked):
     """Tests the simulator's best designs in order; builds the best tested."""
@@ -50,10 +46,6 @@ class SimulatorTop(Ranked):
     def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
         super().__init__(simulator, task, rng)
         self.score = task.reward(simulator.landscape())
-
-    def predict(self) -> Array:
-        """Return what the simulator says."""
-        return self.simulator.landscape()
 
 
 class Jakobi(Ranked):
@@ -77,6 +69,10 @@ class Jakobi(Ranked):
         # The mean distance under noise is more than the distance of the mean displacement.
         is_directed = task.heading is not None
         self.score = task.reward(self._moved) if is_directed else noisy_landscape(level)["mean"]
+
+    def predict(self) -> Array:
+        """Return the score."""
+        return self.score
 
     def models(self) -> Array:
         """Return the mean of the noisy simulators."""
