@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from softvox_gym import Task
-from softvox_search.function import is_function
-from softvox_search.registry import Entry, Registry, require_methods
+from softvox_search.registry import Entry, Registry
 from softvox_search.transfer.function import FunctionMethod
 from softvox_search.transfer.guard import Guarded
-from softvox_search.transfer.protocol import TransferMethod
 from softvox_search.transfer.simulator import Simulator
 
 METHODS: Mapping[str, Entry] = {
@@ -31,10 +28,14 @@ METHODS: Mapping[str, Entry] = {
     "oracle": Entry("simple:Oracle"),
 }
 
-REGISTRY = Registry("method", f"{__package__}.methods", METHODS, takes=3)
-
-#: Arguments of a function: test, simulator, task, rng.
-ARGUMENTS = 4
+REGISTRY = Registry(
+    kind="method",
+    package=f"{__package__}.methods",
+    entries=METHODS,
+    takes=3,
+    protocol="softvox_search.transfer.TransferMethod",
+    base="softvox_search.transfer.Method",
+)
 
 
 def make(
@@ -72,19 +73,11 @@ def make(
     ImportError
         If a library that the method needs is not installed.
     """
-    name = name_of(method)
-    if callable(method):
-        kind: Any = method
-    else:
-        kind = REGISTRY.found(method)
+    name, what = name_of(method), method
+    if not callable(method):
+        what = REGISTRY.found(method)
         REGISTRY.check_options(method, options)
-    if is_function(kind, ARGUMENTS):
-        return Guarded(FunctionMethod(kind, simulator, task, rng, **options), name)
-    if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
-        require_methods(name, kind, kind=REGISTRY.kind)
-    made: TransferMethod = kind(simulator, task, rng, **options)
-    require_methods(name, made, kind=REGISTRY.kind)
-    return Guarded(made, name)
+    return Guarded(REGISTRY.made(name, what, FunctionMethod, simulator, task, rng, **options), name)
 
 
 def name_of(method: Any) -> str:

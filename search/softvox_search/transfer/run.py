@@ -116,7 +116,8 @@ def transfer(
         simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
     reality : str or softvox_gym.Reality
         A name for `softvox_gym.reality`, or measurements from `Reality.from_trials`, in which
-        designs that nobody measured can't be tested. The method does not learn which reality it is.
+        designs that nobody measured can't be tested; `Simulator.testable` says which can. The
+        method does not learn which reality it is.
     task : str or softvox_gym.Task
     heading : float, optional
         Heading of the directed task, degrees; 0 by default. Report the mean over the four headings
@@ -238,10 +239,14 @@ class World:
         self.rewards: Array = task.reward(self.displacement)
         self._sigma, self._rng = sigma, rng
 
-    @property
-    def is_noisy(self) -> bool:
-        """Whether a second test of a design can differ from the first."""
-        return self._sigma > 0
+    def crossed_by(
+        self, method: Guarded, tests: int, *, is_advised: bool = True
+    ) -> list[tuple[Test, int]]:
+        """Let a method test at most so many designs; see `Guarded.course`."""
+        if isinstance(method.method, Oracle):
+            method.method.truth = self.rewards
+        test = partial(self.test, track=bool(getattr(method, "wants_track", False)))
+        return method.course(test, tests, may_repeat=self._sigma > 0, is_advised=is_advised)
 
     def test(self, design: int, *, track: bool = False) -> Test:
         """Test a design; SearcherError if nobody measured it."""
@@ -277,20 +282,14 @@ def truth(reality: Reality) -> Array:
 
 
 def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: int) -> TransferRun:
-    if isinstance(method.method, Oracle):
-        method.method.truth = world.rewards
-    course = method.course(
-        partial(world.test, track=bool(getattr(method, "wants_track", False))),
-        tests,
-        may_repeat=world.is_noisy,
-    )
+    course = world.crossed_by(method, tests)
     simulations = simulator.used  # errors from here on are not the method's
     tested = np.array([test.design for test, _ in course], dtype=np.int64)
     advice = [design for _, design in course]
     recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
     regret, class_regret = regrets(world.rewards, recommended)
     expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
-    models = _held(method, "models", (None, N_DESIGNS, 3))
+    models = _held(method, "models", (-1, N_DESIGNS, 3))
     nominal = displacements(landscape(simulator.nominal))
     left = simulator.testable.copy()
     left[tested] = False
@@ -351,13 +350,13 @@ def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     return reality.is_plain and differ <= varied
 
 
-def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array | None:
+def _held(method: Guarded, name: str, *shapes: tuple[int, ...]) -> Array | None:
     """Return a method's predictions or models; None if it gives none, or can't any more.
 
     Raises
     ------
     SearcherError
-        If it has none of the given shapes, in which None is any length.
+        If it has none of the given shapes, in which -1 is any length.
     """
     ask = getattr(method, name, None)
     try:
@@ -367,19 +366,14 @@ def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array 
     if said is None:
         return None
     values: Array = np.asarray(said)
-    if values.dtype.kind not in "fiu" or not any(_fits(values.shape, shape) for shape in shapes):
-        wanted = " or ".join(map(str, shapes)).replace("None", "n")
+    any_length = (-1, *values.shape[1:])
+    if values.dtype.kind not in "fiu" or not {values.shape, any_length} & {*shapes}:
+        wanted = " or ".join(map(str, shapes)).replace("-1", "n")
         raise SearcherError(
             f"method {method.name} returned {values.dtype} of shape {values.shape} from {name}; it "
             f"must be None or numbers of shape {wanted}"
         )
     return values
-
-
-def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
-    return len(shape) == len(wanted) and all(
-        there in (None, here) for here, there in zip(shape, wanted, strict=True)
-    )
 
 
 @lru_cache(maxsize=256)

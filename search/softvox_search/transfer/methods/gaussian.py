@@ -233,16 +233,13 @@ class GpUcb(Method):
         """Learn the result, and after some tests the kernel."""
         super().tell(test)
         largest = max(abs(one.reward) for one in self.tests)
-        is_new = largest > self._unit or self.process is None
-        if len(self.tests) in self._learn_at:
-            self._unit = largest or 1.0
-            self._learn()
-        elif is_new:
-            self._unit = largest or 1.0
-        else:
-            assert self.process is not None
+        is_time = len(self.tests) in self._learn_at
+        if self.process is not None and largest <= self._unit and not is_time:
             self.process.add(test.design, test.reward / self._unit)
             return
+        self._unit = largest or 1.0
+        if is_time:
+            self._learn()
         self.process = GaussianProcess(
             np.zeros(N_DESIGNS),
             lambda design: self._variance * matern(hamming(design), self._length),

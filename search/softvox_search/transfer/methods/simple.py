@@ -31,22 +31,13 @@ class Random(Method):
 
 
 class Ranked(Method):
-    """Tests designs in a fixed order, the largest `score` first; recommends the best tested.
+    """Tests designs in a fixed order, the largest `score` first; recommends the best tested."""
 
-    A subclass computes the score, shape (6561,).
-    """
-
-    def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
-        super().__init__(simulator, task, rng)
-        self.score = np.zeros(0)
+    score: Array  #: Which a subclass computes, shape (6561,).
 
     def ask(self) -> int:
         """Return the best untested design."""
         return first_best(self.score, self.untested())
-
-    def predict(self) -> Array:
-        """Return the score."""
-        return self.score
 
 
 class SimulatorTop(Ranked):
@@ -55,10 +46,6 @@ class SimulatorTop(Ranked):
     def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
         super().__init__(simulator, task, rng)
         self.score = task.reward(simulator.landscape())
-
-    def predict(self) -> Array:
-        """Return the simulator's displacements."""
-        return self.simulator.landscape()
 
 
 class Jakobi(Ranked):
@@ -82,6 +69,10 @@ class Jakobi(Ranked):
         # The mean distance under noise exceeds the distance of the mean displacement.
         is_directed = task.heading is not None
         self.score = task.reward(self._moved) if is_directed else noisy_landscape(level)["mean"]
+
+    def predict(self) -> Array:
+        """Return the score."""
+        return self.score
 
     def models(self) -> Array:
         """Return the mean of the noisy simulators."""

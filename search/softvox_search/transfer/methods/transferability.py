@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from deap import base, tools
+from deap import base
 from numpy.typing import NDArray
 
 from softvox_gym import Task
 from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.simulation import check_count
-from softvox_search.evolution import Evolutionary, Individual, rows
+from softvox_search.evolution import Individual, rows
+from softvox_search.searchers.nsga2 import Nsga2
 from softvox_search.transfer.protocol import Method, Test, first_best
 from softvox_search.transfer.simulator import Simulator
 
@@ -22,14 +23,13 @@ class _Three(base.Fitness):  # type: ignore[misc]  # DEAP has no type hints
     weights = (1.0, -1.0, 1.0)
 
 
-class _Front(Evolutionary):
+class _Front(Nsga2):
     """NSGA-II on the reward in the simulator, the expected disparity, and diversity."""
 
     fitness = _Three
 
     def __init__(self, rng: np.random.Generator, population: int, reward: Array) -> None:
-        super().__init__(LATTICE, rng, population=population, crossover=0.8, mutation=1 / 4)
-        self.toolbox.register("select", tools.selTournamentDCD, k=population)
+        super().__init__(LATTICE, rng, population=population)
         self.reward = reward
         self.disparity = np.zeros(N_DESIGNS)
 
@@ -63,8 +63,7 @@ class _Front(Evolutionary):
         columns = self.reward[numbers], self.disparity[numbers], diversity
         for individual, *values in zip(pool, *(column.tolist() for column in columns), strict=True):
             individual.fitness.values = values
-        survivors: list[Individual] = tools.selNSGA2(pool, self._size, nd="log")
-        return survivors
+        return super()._survivors(offspring)
 
 
 class Transferability(Method):
@@ -99,10 +98,7 @@ class Transferability(Method):
         generations: int = 5,
     ) -> None:
         super().__init__(simulator, task, rng)
-        check_count("population", population, least=4)
         check_count("generations", generations, least=1)
-        if population % 4:
-            raise ValueError(f"population must be a multiple of 4, got {population}")
         moved = simulator.landscape()
         self._moved = moved
         self._behaviour = _behaviour(moved, simulator.mean_height())
