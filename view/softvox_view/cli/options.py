@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING
 
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.missing import missing
+from softvox_search.cli.results import LIBRARIES
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
-
-#: What reads them.
-LIBRARIES = ("msgspec", "pandas", "pyarrow")
 
 
 def import_figures() -> None:
