@@ -2,6 +2,7 @@ import errno
 import fcntl
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from small_experiments import COMMAND, NOISY, SMALL, experiment_of, results, run_here
 
 from softvox_gym.cli.terminal import BadInputError
-from softvox_search.cli.results import writing
+from softvox_search.cli.results import needs, writing
 from softvox_search.experiment import results as folders
 from softvox_search.experiment.results import ResultsError, decode, encode, locked, read
 from softvox_search.experiment.schema import UsageError
@@ -33,6 +34,14 @@ def test_what_cannot_be_read_meanwhile_is_named():
     told = r"^theirs/manifest\.json: Permission denied; what is done is kept"
     with pytest.raises(BadInputError, match=told), writing(Path("mine")):
         raise error
+
+
+def test_all_libraries_that_are_missing_are_named_at_once(monkeypatch):
+    for name in ("msgspec", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    told = "compare needs msgspec and pyarrow: pip install msgspec pyarrow"
+    with pytest.raises(BadInputError, match=told), needs("compare"):
+        raise ModuleNotFoundError(name="msgspec")
 
 
 def test_a_run_is_read_back_to_the_bit():

@@ -15,17 +15,20 @@ from softvox_search.cli.own_code import prints_aside
 
 KEPT = "finished work is kept; the same command continues"
 
+#: What reads results.
+LIBRARIES = ("msgspec", "pandas", "pyarrow")
+
 #: Say a warning of one line.
 warn = partial(complain, "warning")
 
 
 @contextmanager
 def needs(command: str) -> Iterator[None]:
-    """Say in one line which package is missing."""
+    """Say in one line which packages are missing."""
     try:
         yield
     except ModuleNotFoundError as error:
-        raise BadInputError(missing(command, error)) from error
+        raise BadInputError(missing(command, error, LIBRARIES)) from error
 
 
 def check_report() -> None:

@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import write_folder
 from softvox_gym.missing import missing
+from softvox_search.cli.results import LIBRARIES
 
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
-
-#: What reads them.
-LIBRARIES = ("msgspec", "pandas", "pyarrow")
 
 
 def import_figures(*modules: str, what: str = "--out", libraries: Sequence[str] = ()) -> None:
