@@ -233,7 +233,8 @@ class SoftVoxGrowEnv(SingleEnv):
     Raises
     ------
     TypeError, ValueError
-        As `SoftVoxEnv` does; by `step` for an action that is not in the space.
+        As `SoftVoxEnv` does, or for several phases; by `step` for an action that is not in the
+        space.
     gymnasium.error.ResetNeeded
         By `step` where the robot is built.
 
