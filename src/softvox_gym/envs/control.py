@@ -480,8 +480,8 @@ class SoftVoxControlEnv(SingleEnv):
     ----------
     design : int, str, sequence of int, array or Design
         The robot, as a number or the digits of all sites, or an (nx, ny, nz) array. It may be of
-        several pieces; the centre of mass is that of them all. As number, text or list it survives
-        ``spec.to_json()``.
+        several pieces; the centre of mass is that of them all. A Design may be of several phases.
+        As number, text or list it survives ``spec.to_json()``.
     shape : (int, int, int), optional
         The lattice of a number or a row of digits; otherwise 2x2x2.
     physics, reality, task, heading
