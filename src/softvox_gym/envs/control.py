@@ -479,9 +479,9 @@ class SoftVoxControlEnv(SingleEnv):
     Parameters
     ----------
     design : int, str, sequence of int, array or Design
-        The robot, as a number, the digits of all sites, or an (nx, ny, nz) array. It may be in
-        several pieces; the centre of mass is that of all of them. A number, text or list survives
-        ``spec.to_json()``.
+        The robot, as a number or the digits of all sites, or an (nx, ny, nz) array. It may be in
+        several pieces; the centre of mass is that of all of them. A Design may have several phases.
+        A number, text or list survives ``spec.to_json()``.
     shape : (int, int, int), optional
         The lattice of a number or a row of digits; by default 2x2x2.
     physics, reality, task, heading

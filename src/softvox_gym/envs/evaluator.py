@@ -21,11 +21,7 @@ from softvox_gym.envs.episodes import (
     Started,
     Stepped,
 )
-from softvox_gym.evaluation import (
-    SAMPLES_PER_CYCLE,
-    Evaluation,
-    evaluate,
-)
+from softvox_gym.evaluation import SAMPLES_PER_CYCLE, Evaluation, evaluate
 from softvox_gym.landscapes.table import LATTICE, has_table, looked_up, no_table
 from softvox_gym.lattice import Lattice
 from softvox_gym.motion import Motion
@@ -112,24 +108,8 @@ class Evaluator(Episodes):
         self.asked = tuple(one.name for one in asked)
         self.from_table = from_table
         self.threads = threads
-        is_published = self.reality.plain_physics == Physics.published()
-        if from_table and not (is_published and self.lattice[:] == LATTICE):
-            raise ValueError(
-                "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
-                "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
-            )
-        if from_table and "energy" in self.asked:
-            raise ValueError(
-                "objectives has energy, which the table does not; without from_table, as in "
-                "SoftVox2x2x2-v0, it is simulated"
-            )
-        if from_table and self.lattice.phases > 1 and not {*self.asked} <= {*TOLD_BY_ENDS}:
-            raise ValueError(
-                f"objectives may be {', '.join(TOLD_BY_ENDS)} where the table of several phases "
-                "answers, which has no tracks; without from_table they are simulated"
-            )
-        if from_table and not has_table(self.lattice):
-            raise ValueError(no_table(self.lattice))
+        if from_table:
+            _check_table(self.reality, self.lattice, self.asked)
         if asked:
             low, high = np.array([(one.low, one.high) for one in asked]).T
             self.reward_space = spaces.Box(low, high, dtype=np.float64)
@@ -164,11 +144,9 @@ class Evaluator(Episodes):
         rows = checked_digits(np.asarray(actions), self.lattice, what="an action")
         stack = self.lattice.to_stack(rows)
         trials = actions.trials or 1
-        if self.from_table:
-            looked = looked_up(stack, self.task, self.lattice)
-            evaluation = replace(looked, asked=self.asked).repeated(trials)
+        films: Sequence[Filmed | None] = [None] * len(rows)
         if self.render_mode or not self.from_table:
-            simulated = evaluate(
+            evaluation = evaluate(
                 stack,
                 self.reality,
                 shape=self.lattice,
@@ -180,8 +158,11 @@ class Evaluator(Episodes):
                 frames=self._frames(actions),
                 threads=self.threads,
             )
-        if not self.from_table:
-            evaluation = simulated
+            if self.render_mode:
+                films = _filmed(evaluation.result, len(rows), self)
+        if self.from_table:
+            looked = looked_up(stack, self.task, self.lattice)
+            evaluation = replace(looked, asked=self.asked).repeated(trials)
         tracks = np.where(np.isnan(evaluation.track), 0.0, evaluation.track)
         return Stepped(
             tracks[:, 0].copy() if tracks.shape[1] == 1 else tracks.mean(axis=1),
@@ -189,9 +170,7 @@ class Evaluator(Episodes):
             terminated=np.ones(len(rows), dtype=np.bool_),
             truncated=np.zeros(len(rows), dtype=np.bool_),
             infos=_infos(evaluation, rows, is_repeated=actions.trials is not None),
-            films=_filmed(simulated.result, len(rows), self)
-            if self.render_mode
-            else [None] * len(rows),
+            films=films,
         )
 
     def _frames(self, actions: Action) -> int:
@@ -204,6 +183,27 @@ class Evaluator(Episodes):
             return max(1, round(WALK_SPEED / WALK_FPS / step))
         # Perturbations may end a run earlier.
         return spaced(step_count(step, duration), POSES_PER_RUN)
+
+
+def _check_table(reality: Reality, lattice: Lattice, asked: Sequence[str]) -> None:
+    """Make sure that a table has all that is asked for; ValueError where none does."""
+    if reality.plain_physics != Physics.published() or lattice[:] != LATTICE:
+        raise ValueError(
+            "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
+            "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
+        )
+    if "energy" in asked:
+        raise ValueError(
+            "objectives has energy, which the table does not; without from_table, as in "
+            "SoftVox2x2x2-v0, it is simulated"
+        )
+    if lattice.phases > 1 and not {*asked} <= {*TOLD_BY_ENDS}:
+        raise ValueError(
+            f"objectives may be {', '.join(TOLD_BY_ENDS)} where the table of several phases "
+            "answers, which has no tracks; without from_table they are simulated"
+        )
+    if not has_table(lattice):
+        raise ValueError(no_table(lattice))
 
 
 class Filmed(NamedTuple):

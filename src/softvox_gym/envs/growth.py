@@ -234,7 +234,8 @@ class SoftVoxGrowEnv(SingleEnv):
     Raises
     ------
     TypeError, ValueError
-        As `SoftVoxEnv` does; by `step` if the action is not in the space.
+        As `SoftVoxEnv` does, or if there are several phases; by `step` if the action is not in the
+        space.
     gymnasium.error.ResetNeeded
         By `step` if the robot is finished.
 

@@ -1,4 +1,4 @@
-"""softvox explore: the landscape as a living map, in a browser."""
+"""softvox explore: the landscape as an interactive map in the browser."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.design import BodyFacts, Design, buildable
 from softvox_gym.landscapes.analysis.summary import QUANTILES, Analysis
-from softvox_gym.landscapes.analysis.symmetry import SPREADS, symmetries
+from softvox_gym.landscapes.analysis.symmetry import ABOVE, counts_above, symmetries
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import all_digits, landscape
 from softvox_gym.lattice import Lattice
@@ -154,7 +154,7 @@ def _symmetry(fitness: Array, lattice: Lattice, can_be_built: NDArray[np.bool_])
             (
                 name,
                 len(own),
-                *(int((own > limit).sum()) for limit in SPREADS),
+                *counts_above(own),
                 float(own[widest]),
                 int(numbers[group][widest]),
             )
@@ -167,7 +167,7 @@ def _symmetry(fitness: Array, lattice: Lattice, can_be_built: NDArray[np.bool_])
         columns=(
             Column("group", "classes of"),
             Column("classes", "classes"),
-            *(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS),
+            *ABOVE,
             Column("largest_spread", "spread", ".4f"),
             Column("largest_in", "in class"),
         ),

@@ -28,7 +28,7 @@ NAMES = (
     "mirror that swaps x and -y",
 )
 
-_ABOVE = tuple(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS)
+ABOVE = tuple(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS)
 
 
 @lru_cache(maxsize=2)
@@ -103,7 +103,7 @@ def symmetry(fitness: NDArray[np.float64]) -> Section:
         columns=(
             Column("symmetry", "same but for"),
             Column("classes", "classes"),
-            *_ABOVE,
+            *ABOVE,
             Column("largest_spread", "spread", ".4f"),
             Column("largest_in", "in class"),
             Column("within", "within", ".1%"),
@@ -127,7 +127,7 @@ def _alike(
     return (
         name,
         len(classes),
-        *_counts(spreads),
+        *counts_above(spreads),
         float(spreads[widest]),
         int(classes[widest][0]),
         within / total if np.ptp(fitness) else None,
@@ -140,14 +140,14 @@ def broken(fitness: NDArray[np.float64]) -> Section:
     rows = []
     for name, sites in list(zip(NAMES, symmetries(), strict=True))[1:]:
         change = np.abs(fitness[image(sites)] - fitness)
-        rows.append((name, *_counts(change), float(change.max()), int(change.argmax())))
+        rows.append((name, *counts_above(change), float(change.max()), int(change.argmax())))
     return Section(
         title="Symmetries one by one",
         note="How many designs the symmetry makes travel further or less far by more than so many "
         "voxel widths, the largest difference, and a design that shows it.",
         columns=(
             Column("symmetry", "symmetry"),
-            *_ABOVE,
+            *ABOVE,
             Column("largest", "largest", ".3g"),
             Column("largest_in", "design"),
         ),
@@ -189,5 +189,6 @@ def classes(fitness: NDArray[np.float64]) -> Section:
     )
 
 
-def _counts(values: NDArray[np.float64]) -> list[int]:
+def counts_above(values: NDArray[np.float64]) -> list[int]:
+    """Return how many values are above each of `SPREADS`, as the columns `ABOVE` have them."""
     return [int((values > limit).sum()) for limit in SPREADS]
