@@ -37,8 +37,8 @@ def test_a_package_imports_only_those_before_it(package):
             assert name.split(".")[0] not in later, f"{path} imports {name}"
 
 
-def test_the_page_shows_the_rooms_as_they_are():
-    """Fails too where rooms of a package import each other in a circle."""
+def test_the_page_shows_the_components_as_they_are():
+    """Fails too where components of a package import each other in a circle."""
     tool = Path(__file__).parents[1] / "tools" / "architecture.py"
     done = subprocess.run([sys.executable, tool, "--check"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr or "draw it anew: python tools/architecture.py"

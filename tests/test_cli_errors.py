@@ -52,7 +52,7 @@ BAD = {
     "simulate 1 --time-step-fraction 1.1": "--time-step-fraction",
     "simulate 1 --time-step-fraction 1e-15": "--duration of 4 s in time steps",
     "simulate 1 --frequency-hz 1e9": "--frequency-hz",
-    "simulate 1 --gravity 1 2": "--gravity: takes one number or three",
+    "simulate 1 --gravity 1 2": "--gravity takes one number or three",
     "simulate 1 --actuation squeeze": "--actuation",
     "simulate 1 --strain -1": "--strain must be",
     "simulate 1 --every 5": "--frames",
@@ -141,7 +141,7 @@ def test_a_stopped_landscape_says_so_and_leaves_nothing(number, tmp_path):
         out, err = process.communicate(timeout=10)
     assert process.returncode == 128 + number
     assert out == ""
-    assert err == f"softvox: stopped: {number.name}, nothing was left half written\n"
+    assert err == f"softvox: stopped: {number.name}, no file was left half written\n"
     assert snapshot(tmp_path) == {}
 
 

@@ -2,11 +2,13 @@
 
 import copy
 import pickle
+import tracemalloc
 
 import numpy as np
 import pytest
 
-from softvox_gym import Design
+from softvox_gym import Design, Lattice
+from softvox_gym.design import BodyFacts
 
 BEST = Design(6453)
 
@@ -82,6 +84,16 @@ def test_a_robot_is_connected_when_it_is_one_piece():
     assert Design(1).is_connected
     assert not Design("10000001").is_connected
     assert not Design(0).is_connected
+
+
+def test_nothing_is_remembered_of_large_bodies():
+    lattice = Lattice.of((8, 8, 8))
+    rows = lattice.random(20, np.random.default_rng(0))
+    tracemalloc.start()
+    assert BodyFacts.of(rows, lattice).is_connected.any()
+    kept = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert kept < 5_000  # bytes; the designs alone have twice as many
 
 
 def test_four_quarter_turns_are_none():

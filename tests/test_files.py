@@ -139,3 +139,13 @@ def test_a_pipe_is_not_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(OutputError, match="is a device or pipe; name a file"):
         check_file(tmp_path / "pipe", force=True)
+
+
+def test_what_cannot_be_written_is_told_of_and_any_name_that_can_be_is(tmp_path):
+    (tmp_path / "file").touch()
+    for write, content in ((write_file, b""), (write_folder, {"name": b""})):
+        with pytest.raises(OutputError, match="Not a directory"):
+            write(tmp_path / "file" / "within", content, force=True)
+    longest = tmp_path / ("漢" * 85)  # 255 bytes
+    write_file(longest, b"content", force=False)
+    assert longest.read_bytes() == b"content"

@@ -136,6 +136,7 @@ def test_what_is_no_number_is_refused_by_name(name, value):
         ({"duration": 0.25}, "duration must be longer than settle_time"),
         ({"duration": [4.0, 0.1]}, "duration must be longer than settle_time"),
         ({"actuation": "pump"}, "actuation must be one of hold, clamp, expand_and_contract"),
+        ({"actuation": np.array(["hold", "clamp"])}, "actuation must be one of hold, clamp"),
         ({"actuation": "expand_and_contract", "strain": 1.0}, "strain must be below 1"),
         ({"gravity": np.nan}, "gravity must be finite"),
         ({"duration": 1e9}, "duration of 1e\\+09 s in time steps of 0.000453 s can't be counted"),
@@ -272,6 +273,12 @@ def test_too_few_steps_a_cycle_are_told_of():
         warnings.simplefilter("error")
         Physics(frequency_hz=60.0, time_step_fraction=0.662)
         Physics.published()
+
+
+@pytest.mark.parametrize("name", [spec.name for spec in SPECS if spec.per_design])
+def test_parameters_may_be_arrays_of_no_design(name):
+    physics = replace(Physics.published(), **{name: []})
+    assert len(simulate([], physics)) == physics.n_designs == 0
 
 
 def test_gravity_is_a_number_a_vector_or_one_of_either_per_design():

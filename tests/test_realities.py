@@ -160,6 +160,7 @@ def test_a_picture_of_a_finer_robot_has_the_size_of_the_usual_one():
         ({"reality": "clamp", "from_table": True}, ValueError, "and no reality"),
         ({"task": "direct"}, ValueError, "no task 'direct'; did you mean directed?"),
         ({"task": "directed", "heading": np.inf}, ValueError, "heading must be finite"),
+        ({"task": "directed", "heading": 10**400}, ValueError, "heading must be a number"),
         ({"task": "directed", "heading": "north"}, TypeError, "heading must be a number"),
         ({"heading": 90.0}, ValueError, "the task displacement has no heading"),
     ],

@@ -1,10 +1,10 @@
-"""Draw the floors of the house, docs/architecture.svg, from the imports of its modules.
+"""Draw the layers of the packages, docs/architecture.svg, from the imports of their modules.
 
 Usage: python tools/architecture.py [--check]
 
-A room is a module, or a folder of modules, of one of the packages. It stands one floor above the
-highest room of its package that it imports. With --check nothing is written; the exit status is 1
-where the committed picture is not what the imports say.
+A component is a module, or a folder of modules, of one of the packages. It is one layer above the
+highest component of its package that it imports. With --check nothing is written; the exit status
+is 1 if the committed picture does not match the imports.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ PACKAGES = {
     "softvox_view": ("view", "#f6e3c9"),
 }
 
-#: Data of a picture, pixels.
-WIDTH, ROOM, GAP, PER_ROW = 132, 26, 8, 6
+#: Sizes in pixels, and the boxes in a row.
+WIDTH, HEIGHT, GAP, PER_ROW = 132, 26, 8, 6
 
 
-def rooms(package: str) -> dict[str, list[Path]]:
-    """Return the modules of every room of a package, by the room's name."""
+def components(package: str) -> dict[str, list[Path]]:
+    """Return the modules of every component of a package, by the component's name."""
     folder = ROOT / PACKAGES[package][0] / package
     found: dict[str, list[Path]] = {}
     for path in sorted(folder.rglob("*.py")):
@@ -40,11 +40,11 @@ def rooms(package: str) -> dict[str, list[Path]]:
 
 
 def imports(path: Path) -> Iterator[tuple[str, str]]:
-    """Yield the rooms that a module imports, each with its package."""
+    """Yield the components that a module imports, each with its package."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
             names = [node.module or ""]
-            if node.module in PACKAGES:  # what is imported may be a room, or what __init__ exports
+            if node.module in PACKAGES:  # a component, or what __init__ exports
                 names = [f"{node.module}.{alias.name}" for alias in node.names]
         elif isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -53,43 +53,45 @@ def imports(path: Path) -> Iterator[tuple[str, str]]:
         for name in names:
             package, _, rest = name.partition(".")
             if package in PACKAGES:
-                room = rest.partition(".")[0]
-                yield package, room if room in rooms_of(package) else "__init__"
+                component = rest.partition(".")[0]
+                yield package, component if component in components_of(package) else "__init__"
 
 
 @cache
-def rooms_of(package: str) -> frozenset[str]:
-    """Return the names of a package's rooms."""
-    return frozenset([*rooms(package), "_engine"] if package == "softvox_gym" else rooms(package))
+def components_of(package: str) -> frozenset[str]:
+    """Return the names of a package's components."""
+    return frozenset(
+        [*components(package), "_engine"] if package == "softvox_gym" else components(package)
+    )
 
 
-def floors(package: str) -> list[list[str]]:
-    """Return the rooms of a package floor by floor, from the bottom.
+def layers(package: str) -> list[list[str]]:
+    """Return the components of a package layer by layer, from the bottom.
 
     Raises
     ------
     ValueError
-        Where rooms import each other in a circle, naming them.
+        Where components import each other in a circle, naming them.
     """
     needs = {
-        room: {
+        component: {
             other
             for path in paths
             for owner, other in imports(path)
-            if owner == package and other not in (room, "_engine")
+            if owner == package and other not in (component, "_engine")
         }
-        for room, paths in rooms(package).items()
+        for component, paths in components(package).items()
     }
     built: list[list[str]] = []
     left = dict(needs)
     while left:
-        done = {room for floor in built for room in floor}
-        ready = sorted(room for room, others in left.items() if others <= done)
+        done = {component for layer in built for component in layer}
+        ready = sorted(component for component, others in left.items() if others <= done)
         if not ready:
             raise ValueError(f"{package}: these import each other: {', '.join(sorted(left))}")
         built.append(ready)
-        for room in ready:
-            del left[room]
+        for component in ready:
+            del left[component]
     return built
 
 
@@ -97,11 +99,11 @@ def drawn() -> str:
     """Return the picture as SVG."""
     rows: list[tuple[str, str, list[str]]] = []
     for package in reversed(PACKAGES):
-        for floor in reversed(floors(package)):
-            for begin in range(0, len(floor), PER_ROW):
-                rows.append((package, PACKAGES[package][1], floor[begin : begin + PER_ROW]))
+        for layer in reversed(layers(package)):
+            for begin in range(0, len(layer), PER_ROW):
+                rows.append((package, PACKAGES[package][1], layer[begin : begin + PER_ROW]))
     rows.append(("csrc", "#e3dcef", ["engine", "batching", "body", "isa", "kernel"]))
-    step = ROOM + GAP
+    step = HEIGHT + GAP
     width, height = 120 + PER_ROW * (WIDTH + GAP), step * len(rows) + GAP
     shapes = []
     before = ""
@@ -115,7 +117,7 @@ def drawn() -> str:
         for k, name in enumerate(names):
             x = 120 + k * (WIDTH + GAP)
             shapes.append(
-                f'<rect x="{x}" y="{y}" width="{WIDTH}" height="{ROOM}" rx="4" fill="{colour}" '
+                f'<rect x="{x}" y="{y}" width="{WIDTH}" height="{HEIGHT}" rx="4" fill="{colour}" '
                 f'stroke="#555"/><text x="{x + WIDTH // 2}" y="{y + 17}" '
                 f'text-anchor="middle">{name.strip("_")}</text>'
             )
@@ -129,7 +131,7 @@ def drawn() -> str:
 
 
 def main() -> int:
-    """Write the picture, or hold the committed one against the imports."""
+    """Write the picture, or compare the committed one with the imports."""
     if "--check" in sys.argv[1:]:
         return int(not PICTURE.exists() or PICTURE.read_text(encoding="utf-8") != drawn())
     PICTURE.write_text(drawn(), encoding="utf-8")

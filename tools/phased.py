@@ -18,9 +18,9 @@ from softvox_gym.landscapes.table import (
     PHASED,
     PHASED_DIGESTS,
     STEPS,
-    Table,
     phased,
     phased_lattice,
+    simulated,
 )
 from softvox_gym.manifest import digest
 from softvox_gym.progress import Progress
@@ -31,32 +31,24 @@ FITTEST = 1000
 
 
 def main() -> None:
-    """Simulate both landscapes, where they are not kept, and write what ships of them."""
-    (COMPUTED / PHASED).unlink(missing_ok=True)
-    two, four = map(landscape, (2, 4))
+    """Simulate both landscapes, that of four phases where it is not kept; write what ships."""
+    reality = Reality.of(Physics.published())
+    with Progress(sys.stderr, unit="designs of 2 phases") as progress:
+        two = simulated(reality, phased_lattice(2), progress=progress)  # which also ships
+    with Progress(sys.stderr, unit="designs of 4 phases") as progress:
+        four = phased(reality, phased_lattice(4), progress=progress)
+    displacement = np.stack([four[axis] for axis in AXES], axis=-1)
     best = np.argsort(-four["fitness"], kind="stable")[:FITTEST]
     arrays = {
-        "two": displacement(two),
-        f"two{STEPS}": two["steps"].astype(np.int32),
+        "two": two.displacement,
+        f"two{STEPS}": two.steps,
         "four_best": best,
-        "four_best_displacement": displacement(four)[best],
+        "four_best_displacement": displacement[best],
     }
-    digests = {"2": digest(displacement(two)), "4": digest(displacement(four))}
+    digests = {"2": digest(two.displacement), "4": digest(displacement)}
     folder = Path(str(COMPUTED))
     write_file(folder / PHASED, archive_of(arrays), force=True)
     write_file(folder / PHASED_DIGESTS, (json.dumps(digests, indent=2) + "\n").encode(), force=True)
-
-
-def landscape(phases: int) -> Table:
-    """Return the published landscape of so many phases."""
-    with Progress(sys.stderr, unit=f"designs of {phases} phases") as progress:
-        lattice = phased_lattice(phases)
-        return phased(Reality.of(Physics.published()), lattice, progress=progress)
-
-
-def displacement(table: Table) -> np.ndarray:
-    """Return displacements, shape (n, 3)."""
-    return np.stack([table[axis] for axis in AXES], axis=-1)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
 """Searchers compared against the known optimum of the 2x2x2 landscape, and beyond it.
 
-An optimiser is anything with `Searcher`'s three methods, of which `SearcherBase` brings two, or a
-function that calls ``evaluate`` (`FunctionSearcher`). It meets the physics only through an
-`Oracle`, which stands on the Gymnasium vector environment and counts what is spent. `run` lets one
-search, `make` makes one of those that come with the package, and `check` puts any through the
-questions that they all have to answer.
+A searcher is any object with the three methods of `Searcher`, of which `SearcherBase` implements
+two, or a function that calls ``evaluate`` (`FunctionSearcher`). It evaluates designs only through
+an `Oracle`, which uses a Gymnasium vector environment and counts the evaluations. `make` makes one
+of the searchers that come with the package, `run` runs a searcher, and `check` tests whether its
+runs can be trusted.
 """
 
 from softvox_search.conformance import check

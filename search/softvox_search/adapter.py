@@ -13,13 +13,13 @@ from softvox_search.protocol import Designs, Info, SearcherBase
 
 
 class Adapter(SearcherBase):
-    """Asks an optimiser of another library.
+    """A searcher around an optimiser of another library.
 
-    Every call of the optimiser finds the global random states of Python and NumPy replaced by its
-    own, which are seeded from the run's generator: optimisers that draw from those neither disturb
-    others nor are disturbed.
+    During every call of the optimiser, its own global random states of Python and NumPy, seeded
+    from the run's generator, replace the global ones. So optimisers that draw from those neither
+    disturb others nor are disturbed.
 
-    A searcher on it has `_start`, `_propose` and `_learn`. Options are set before
+    A subclass has `_start`, `_propose` and `_learn`. It sets its options before it calls
     ``super().__init__(space, rng)``, which calls `_start`.
 
     Parameters
@@ -36,23 +36,23 @@ class Adapter(SearcherBase):
 
     @abstractmethod
     def _start(self) -> None:
-        """Make the optimiser, all its seeds by `_seed`."""
+        """Make the optimiser; take all its seeds from `_seed`."""
 
     @abstractmethod
     def _propose(self, n: int | None) -> Designs:
-        """Return designs of the optimiser, at most n, shape (m, sites)."""
+        """Return proposals of the optimiser, at most n, shape (m, sites)."""
 
     @abstractmethod
     def _learn(self, designs: Designs, values: NDArray[np.float64]) -> None:
-        """Tell the optimiser; `known` still says what was known before."""
+        """Tell the optimiser; `known` still returns the earlier values."""
 
     def ask(self, n: int | None = None) -> Designs:
-        """Return what the optimiser proposes, at most n designs, shape (m, sites)."""
+        """Return the optimiser's proposals, at most n designs, shape (m, sites)."""
         with self._globals.swapped_in():
             return self._propose(n)
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Tell the optimiser, and remember the values."""
+        """Tell the optimiser and store the values."""
         with self._globals.swapped_in():
             self._learn(designs, values)
         super().tell(designs, values, info)

@@ -1,4 +1,4 @@
-"""What the rest of the suite relies on in a searcher, put to the test; for one's own as well."""
+"""Tests of the properties that the suite relies on in a searcher, also for your own."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from softvox_search.registry import make as make_by_name
 from softvox_search.registry import require_methods
 from softvox_search.run import name_of, naming, recommended, run
 
-#: How many designs are asked for, in turn: the searcher's own batch, and parts of one.
+#: Numbers of designs to ask for, in turn: the searcher's own batch, and parts of one.
 SIZES = (None, 3, None, 1)
 
 
@@ -42,37 +42,38 @@ def check(
     seed: int = 0,
     make_env: MakeEnv = table,
 ) -> None:
-    """Make sure that a searcher does what the suite relies on.
+    """Check that a searcher has the properties that the suite relies on.
 
-    It is run a dozen times: alone and beside another, with and without noise, with designs that
-    diverge, and to the end of every kind of budget. These must hold:
+    The searcher runs a dozen times: alone and beside another, with and without noise, with designs
+    that diverge, and to the end of every kind of budget. These rules must hold:
 
-    - It has the three methods of `Searcher`, asks for legal designs, at most as many as wanted, and
-      recommends a legal one. A function evaluates and recommends legal ones.
-    - All its random numbers come from the generator that it was made with: alike made, it asks
-      alike, whatever the global random states are and whatever other searchers do meanwhile; and
-      it leaves those states alone. `recommend` doesn't change the course of the search.
-    - It leaves the arrays that it is told alone, and stands a last batch cut short by the budget.
+    - It has the three methods of `Searcher`, asks for valid designs, at most as many as requested,
+      and recommends a valid one. A function evaluates and recommends valid designs.
+    - All its random numbers come from its generator: with the same generator it asks for the same
+      designs, whatever the global random states are and whatever other searchers do meanwhile; and
+      it does not change those states. `recommend` doesn't change the course of the search.
+    - It does not change the arrays that it is told, and copes with a last batch that the budget
+      cuts short.
 
     Parameters
     ----------
     make : callable or str
-        The searcher's class, another callable (space, rng) -> Searcher, a function
-        ``f(evaluate, space, rng)``, or a name as `softvox_search.make` takes it.
+        The searcher's class, another callable (space, rng) -> Searcher, a function ``f(evaluate,
+        space, rng)``, or a name for `softvox_search.make`.
     evaluations : int
-        The length of a run, at least 2; choose a small one where the searcher is slow.
+        The length of a run, at least 2; choose a small one if the searcher is slow.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     make_env : callable (num_envs) -> VectorEnv
-        What it is run on: without noise, and of any lattice.
+        Makes the environment: without noise, on any lattice.
 
     Raises
     ------
     AssertionError, SearcherError
-        At the first rule that is broken, saying which. What the searcher itself raises passes, with
-        a note.
+        At the first broken rule, which the message names. Errors of the searcher itself pass
+        through, with a note.
     TypeError, ValueError
-        Where make is none of these, a method is missing, or evaluations are too few.
+        If make is none of these, a method is missing, or there are too few evaluations.
 
     Examples
     --------
@@ -135,9 +136,9 @@ class _Subject:
             raise AssertionError(f"searcher {self.name} {message}")
 
     def course(self, make_env: MakeEnv, *, advised: bool = False) -> Iterator[NDArray[Any]]:
-        """Yield what it asks for, batch by batch, and last what it recommends.
+        """Yield what it asks for, batch by batch, and finally what it recommends.
 
-        Where advised, it is asked for a recommendation after every batch, too. Of a function, all
+        If `advised`, it is also asked for a recommendation after every batch. For a function, all
         that it evaluates is one batch.
         """
         oracle = self.oracle(make_env, Budget(evaluations=self.evaluations))
@@ -171,7 +172,7 @@ class _Subject:
     def require_same(
         self, course: Iterable[NDArray[Any]], other: Iterable[NDArray[Any]], message: str
     ) -> None:
-        """Compare two courses; the message's {} is filled with the first difference."""
+        """Compare two courses; the first difference fills the message's {}."""
         for step, (one, two) in enumerate(zip_longest(course, other, fillvalue=np.zeros(0))):
             self.require(
                 np.array_equal(one, two),
@@ -180,12 +181,12 @@ class _Subject:
 
 
 def _has_the_methods(subject: _Subject) -> None:
-    """Look for the three methods."""
+    """Check for the three methods."""
     require_methods(subject.name, subject.searcher())
 
 
 def _is_deterministic(subject: _Subject) -> None:
-    """Compare runs made alike, with other global states, asked for advice or not."""
+    """Compare equal runs with other global states, and with or without recommendations."""
     for make_env in (subject.make_env, subject.make_noisy):
         courses = []
         for seed in (1, 2):
@@ -205,7 +206,7 @@ def _is_deterministic(subject: _Subject) -> None:
 
 
 def _is_undisturbed(subject: _Subject) -> None:
-    """Two searchers asked in turn do what each does alone; functions can't take turns."""
+    """Check that two searchers in turn do what each does alone; functions can't take turns."""
     alone = list(subject.course(subject.make_env))
     in_turn = zip(subject.course(subject.make_env), subject.course(subject.make_env), strict=True)
     message = "is disturbed by another one that runs beside it, and {}; it must share nothing"
@@ -214,7 +215,7 @@ def _is_undisturbed(subject: _Subject) -> None:
 
 
 def _keeps_budgets(subject: _Subject) -> None:
-    """Run into every kind of budget; what it cost must be what the log says."""
+    """Run into every kind of budget; the cost must agree with the log."""
     n, plain = subject.evaluations, subject.make_env
     typical = subject.oracle(plain, Budget(evaluations=1))
     typical.evaluate(np.full((1, subject.space.sites), 2))

@@ -1,4 +1,4 @@
-"""What the evolutionary searchers share: DEAP's individuals and toolbox, fed in pieces."""
+"""The base of the evolutionary searchers: DEAP's individuals and toolbox, fed in pieces."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ class Value(base.Fitness):  # type: ignore[misc]  # DEAP has no type hints
 
 
 class ValueAndCost(base.Fitness):  # type: ignore[misc]
-    """A value to be maximised, and something to be minimised."""
+    """A value to be maximised, and a cost to be minimised."""
 
     weights = (1.0, -1.0)
 
 
 class Individual(list[int]):
-    """The digits of a design, a list as DEAP's operators want it.
+    """The digits of a design, as the list that DEAP's operators need.
 
-    A class of its own: those that `deap.creator` makes are global, so that two programs that
-    create one of the same name get in each other's way.
+    A class of its own, because those that `deap.creator` makes are global, and two programs that
+    create one of the same name interfere.
 
     Attributes
     ----------
     fitness : Value or ValueAndCost
         Invalid until the design is evaluated.
     age : int
-        Generations since its oldest ancestor was drawn at random; where ages are kept.
+        Generations since its oldest ancestor was drawn at random, if ages are recorded.
     """
 
     def __init__(self, digits: Iterable[int], fitness: base.Fitness, age: int = 0) -> None:
@@ -49,47 +49,47 @@ class Individual(list[int]):
         self.age = age
 
     def clone(self) -> Individual:
-        """Return a copy that can be varied without touching this one; not evaluated yet."""
+        """Return an independent copy, not yet evaluated."""
         return Individual(self, type(self.fitness)(), self.age)
 
 
 class Evolutionary(SearcherBase):
-    """Hands out a generation in pieces as asked, and selects when the last piece is told.
+    """Hands out a generation in pieces of any size, and selects when the last value is told.
 
-    A subclass registers "select" in its `toolbox`, or says itself how a generation is bred of the
-    population (`_breed`), and what survives of population and offspring (`_survivors`). What it
-    draws within these comes from Python's global `random`, as DEAP's operators do it; the run's
-    own state is in its place meanwhile.
+    A subclass registers "select" in its `toolbox`, or defines how to breed a generation from the
+    population (`_breed`), and which of population and offspring survive (`_survivors`). Random
+    numbers within these come from Python's global `random`, as in DEAP's operators; meanwhile the
+    run's own state replaces the global one.
 
-    Asking again before telling gives the same designs again. Where fewer are told than were asked
-    for, the next `ask` begins with those left.
+    Asking again before telling gives the same designs again. If fewer are told than were asked for,
+    the next `ask` begins with the others.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
-        The run's own.
+        The generator of the run.
     population : int
-        Individuals of the first generation.
+        Number of individuals in the first generation.
     crossover : float
         Probability that a pair of children swaps digits: each site with probability 1/2.
     mutation : float, optional
-        Probability of each digit of a child to change; at least one always does. One in so many as
-        there are sites where None.
+        Probability that each digit of a child changes; at least one always does. By default one
+        over the number of sites.
     least : int
         The smallest population that makes sense.
 
     Attributes
     ----------
     population : list of Individual
-        Evaluated; empty before the first selection.
+        Evaluated individuals; empty before the first selection.
     toolbox : deap.base.Toolbox
         With clone, mate and mutate.
 
     Raises
     ------
     TypeError, ValueError
-        For an option that is not what it must be.
+        If an option has an invalid value.
     """
 
     fitness: type[base.Fitness] = Value
@@ -120,20 +120,20 @@ class Evolutionary(SearcherBase):
         self._random = GlobalRandom(rng)
 
     def ask(self, n: int | None = None) -> Designs:
-        """Return what is left of the generation, at most n; of the next where none is left."""
+        """Return the rest of the generation, at most n; or the next generation if none is left."""
         if not self._offspring:
             with self._random.swapped_in():
                 self._offspring = self._breed() if self.population else self.random(self._size)
         return rows(self._offspring[self._n_told :][:n], self.space)
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Remember the values, and select once all of the generation is told.
+        """Store the values, and select once the whole generation is told.
 
         Raises
         ------
         ValueError
-            For designs that were not asked for, or a value that is NaN: it is neither better nor
-            worse than any other, so that no selection would ever remove it.
+            If designs were not asked for, or a value is NaN: it is neither better nor worse than
+            any other, so no selection would ever remove it.
         """
         told = self._offspring[self._n_told :][: len(designs)]
         if not np.array_equal(designs, rows(told, self.space)):
@@ -150,7 +150,7 @@ class Evolutionary(SearcherBase):
                 self.population = self._survivors(offspring)
 
     def parents(self) -> Designs:
-        """Return the designs whose values the next selection relies on beside the offspring's.
+        """Return the designs, besides the offspring, whose values the next selection relies on.
 
         Returns
         -------
@@ -160,7 +160,7 @@ class Evolutionary(SearcherBase):
         return rows(dict.fromkeys(map(tuple, self._carried())), self.space)
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Take newer values for parents, as `tell` does for offspring; no selection follows."""
+        """Store newer values of parents, as `tell` does for offspring, without a selection."""
         super().tell(designs, values, info)
         newer = dict(zip(keys_of(designs), values.tolist(), strict=True))
         for individual in self._carried():
@@ -168,7 +168,7 @@ class Evolutionary(SearcherBase):
                 individual.fitness.values = self._objectives(individual, newer[key])
 
     def random(self, n: int) -> list[Individual]:
-        """Return n individuals, each digit drawn uniformly from those that a site can have."""
+        """Return n individuals, each digit drawn uniformly from the possible ones."""
         sites, states = range(self.space.sites), self.space.states
         return [
             Individual([random.randrange(states) for _ in sites], self.fitness()) for _ in range(n)
@@ -179,29 +179,29 @@ class Evolutionary(SearcherBase):
         return self.population
 
     def _objectives(self, individual: Individual, value: float) -> tuple[float, ...]:
-        """Return what an individual of some value is selected by."""
+        """Return the objectives by which an individual with this value is selected."""
         return (value,)
 
     def _breed(self) -> list[Individual]:
-        """Return the next generation, not evaluated yet."""
+        """Return the next generation, not yet evaluated."""
         chosen = self.toolbox.select(self.population)
         children: list[Individual] = algorithms.varAnd(chosen, self.toolbox, self._crossover, 1.0)
         return children
 
     def _survivors(self, offspring: list[Individual]) -> list[Individual]:
-        """Return the next population, of this one and its offspring."""
+        """Return the next population, from this one and its offspring."""
         raise NotImplementedError(f"{type(self).__name__} must have a _survivors(...)")
 
 
 def mutation_rate(mutation: float | None, space: Lattice) -> float:
-    """Return the probability of a digit to change; one in so many as there are sites where None."""
+    """Return the probability that a digit changes; by default one over the number of sites."""
     rate = 1 / space.sites if mutation is None else mutation
     check_share("mutation", rate)
     return rate
 
 
 def check_share(name: str, value: float) -> None:
-    """Raise TypeError or ValueError for what is no number from 0 to 1."""
+    """Raise TypeError or ValueError if a value is no number from 0 to 1."""
     if not_negative(name, value) > 1:
         raise ValueError(f"{name} must be from 0 to 1, got {value!r}")
 
@@ -209,13 +209,13 @@ def check_share(name: str, value: float) -> None:
 def mutate(individual: list[int], indpb: float, states: int = 3) -> tuple[list[int]]:
     """Change each digit, with a probability of indpb, to one of the others, in place.
 
-    Where that changes none, one drawn uniformly does after all. DEAP's `mutUniformInt` draws the
-    new digit from all of them, so that of three it stays what it was in one case out of three.
+    If that changes none, one drawn uniformly changes. DEAP's `mutUniformInt` draws the new digit
+    from all of them, so with three digits it stays the same in one case out of three.
 
     Returns
     -------
     tuple of one individual
-        The same, as DEAP's operators return it.
+        The same individual, in the form that DEAP's operators return.
     """
     sites = [site for site in range(len(individual)) if random.random() < indpb]
     for site in sites or [random.randrange(len(individual))]:

@@ -22,21 +22,21 @@ VERSION = "0.3.17"
 
 
 def ioh(results: Results, out: Path) -> list[str]:
-    """Write results as IOHprofiler's: a folder per algorithm, a searcher with its policy.
+    """Write results for IOHprofiler: a folder per algorithm, which is a searcher with its policy.
 
-    A function is a level of noise, an instance is a physics and a shape (instances.csv lists
-    them), the dimension is the number of sites. Of each run there are the evaluations that
-    improved on all before them by the value that the searcher was told, and the last one. The
-    folder must exist.
+    A function is a level of noise, an instance is a physics and a shape (instances.csv lists them),
+    and the dimension is the number of sites. The data of each run has the evaluations that improved
+    on all before them, by the value that the searcher was told, and the last one. The folder must
+    exist.
 
-    Returns the files written, relative to the folder.
+    Returns the written files, relative to the folder.
 
     Raises
     ------
     ResultsError
-        Where the file of a run is missing or damaged.
+        If the file of a run is missing or damaged.
     OutputError, OSError
-        Where something can't be written.
+        If something can't be written.
     """
     problems = results.problems
     levels = list(dict.fromkeys(problem.level for problem in problems))
@@ -83,7 +83,7 @@ def ioh(results: Results, out: Path) -> list[str]:
 def _run(
     results: Results, row: Any, instances: list[tuple[str, str]]
 ) -> tuple[str, dict[str, Any]]:
-    """Return the rows of a run's data file, and what the JSON file says of it."""
+    """Return the rows of a run's data file, and its entry in the JSON file."""
     log = results.evaluations(row["run"])
     at, values = improvements(log["sequence"], log["fitness"])
     best = {"evals": int(at[-1]), "y": float(values[-1])}
@@ -100,5 +100,5 @@ def _run(
 
 
 def _file_name(text: str) -> str:
-    """Return a text as the name of a folder."""
+    """Return a text as a valid folder name."""
     return re.sub(r"[^\w.=+-]+", "_", text).strip("_.") or "_"

@@ -1,4 +1,4 @@
-"""Functions that search, such as SciPy's optimisers around the oracle."""
+"""Functions as searchers, such as SciPy's optimisers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from softvox_search.protocol import SearcherBase, SearcherError
 
 
 class BudgetEnd(BaseException):
-    """The budget is used up. It ends a function that searches, and ``except Exception`` lets it by.
+    """The budget is used up. Ends a searching function; ``except Exception`` does not catch it.
 
-    A function that wants to recommend another design than the best it saw may catch it and return.
+    A function that recommends another design than the best it saw may catch it and return.
     """
 
 
@@ -27,16 +27,16 @@ class FunctionSearcher(SearcherBase):
     Parameters
     ----------
     function : callable (evaluate, space, rng, ...)
-        ``evaluate(designs)`` takes what `Searcher.ask` may return, or one design alone: a Design,
+        ``evaluate(designs)`` accepts what `Searcher.ask` may return, or a single design: a Design,
         a str of digits, a number, or a row of as many digits as the lattice has sites. It returns
-        their values, float64 of shape (n,), to be maximised; (1,) for one design alone. When the
+        the values, float64 of shape (n,), to be maximised; (1,) for a single design. When the
         budget is used up it raises `BudgetEnd`. The function may return the design that it
-        recommends; where it doesn't, that is the best value told.
+        recommends; otherwise the best value told decides.
     space : Lattice
     rng : numpy.random.Generator
-        The run's own; the function must draw from no other.
+        The generator of the run; the function must draw from no other.
     **options
-        Of the function.
+        Options of the function.
     """
 
     def __init__(
@@ -47,14 +47,14 @@ class FunctionSearcher(SearcherBase):
         self._options = options
 
     def search(self, oracle: Oracle) -> Any:
-        """Call the function, and return what it recommends; None where it doesn't say.
+        """Call the function and return its recommendation; None if it gives none.
 
         Raises
         ------
         Exception
             Whatever the function raises.
         SearcherError
-            Where it evaluates what are no designs.
+            If it evaluates invalid designs.
         """
 
         def evaluate(designs: Any) -> NDArray[np.float64]:
@@ -73,11 +73,11 @@ class FunctionSearcher(SearcherBase):
             return None
 
     def ask(self, n: int | None = None) -> Any:
-        """Refuse: a function is not asked, it asks."""
+        """Raise an error: a function can't be asked, it calls ``evaluate``."""
         raise SearcherError("is a function, which can't be asked in turn; give a class with ask")
 
     def _batch(self, designs: Any) -> Any:
-        """Return a batch; of one where it is one row of digits."""
+        """Return a batch; a single row of digits is a batch of one."""
         try:
             row = np.asarray(designs)
         except ValueError:  # ragged
@@ -87,9 +87,9 @@ class FunctionSearcher(SearcherBase):
 
 
 def is_function(what: Any, arguments: int = 3) -> bool:
-    """Return whether something is a function of so many arguments, as one that searches is.
+    """Return whether something is a function with as many arguments as a searching one.
 
-    Not a class, nor what makes searchers.
+    Classes and factories of searchers are not.
     """
     if inspect.isclass(what):
         return False

@@ -1,4 +1,4 @@
-"""Global random states of a run's own, for libraries that draw from the global generators."""
+"""A run's own global random states, for libraries that draw from the global generators."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from softvox_gym.missing import PACKAGES
 
 
 class GlobalRandom:
-    """Generators in place of the global ones, `random` and `numpy.random`, while swapped in.
+    """Generators that replace the global ones, `random` and `numpy.random`, while swapped in.
 
-    So runs that take turns neither disturb each other nor their caller. Not for threads: the global
-    generators are one for all of them. Runs in parallel are processes.
+    So runs that take turns neither disturb each other nor their caller. Not for threads, which
+    share the global generators. Parallel runs are processes.
 
     Parameters
     ----------
     rng : numpy.random.Generator
-        The run's own; draws the seeds.
+        The generator of the run; draws the seeds.
 
     Examples
     --------
@@ -39,7 +39,7 @@ class GlobalRandom:
 
     @contextmanager
     def swapped_in(self) -> Iterator[None]:
-        """Let the global functions draw from these for a while; they go on where they got to."""
+        """Let the global functions draw from these for a while, continuing where they stopped."""
         outside_python, outside_numpy = global_states()
         generator = get_bit_generator()
         random.setstate(self._python)
@@ -66,12 +66,12 @@ def set_global_states(states: tuple[Any, Any]) -> None:
 
 
 def library(name: str) -> Any:
-    """Import an optional library, and leave the global random states as they were.
+    """Import an optional library without changing the global random states.
 
     Raises
     ------
     ImportError
-        Where it is not installed, naming what brings it.
+        If it is not installed; the message names what to install.
     """
     states = global_states()
     try:

@@ -1,4 +1,4 @@
-"""How searchers stand on every problem, from any number of folders of results."""
+"""The ranking of searchers on every problem, from any number of folders of results."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from softvox_search.report.curves import first_at, groups, improvements
 from softvox_search.report.text import budget
 from softvox_search.report.truth import exact_fitness
 
-#: What makes a row.
+#: The keys of a row.
 _KEY = ["problem", "searcher", "policy", "budget"]
 
 
 def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
-    """Return the table of all problems, best searchers first, and what is to be said of it.
+    """Return the table of all problems, best searchers first, and notes on it.
 
-    A run counts once, in however many folders it is.
+    A run counts once, even if several folders have it.
 
     Returns
     -------
     table : DataFrame
-        One row per problem, searcher, policy and budget; runs, the finished ones, and the columns
-        that ``softvox leaderboard --help`` explains, NaN for what is not known.
+        One row per problem, searcher, policy and budget: the number of finished runs, and the
+        columns that ``softvox leaderboard --help`` explains, NaN if unknown.
     notes : list of str
 
     Raises
     ------
     ResultsError
-        Where the file of a run is damaged.
+        If the file of a run is damaged.
     """
     rows: list[dict[str, Any]] = []
     notes = []
@@ -70,7 +70,7 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
 
 
 def as_text(table: pd.DataFrame) -> str:
-    """Return the table for people, problem by problem."""
+    """Return the table as text, problem by problem."""
     parts = []
     for (problem,), rows in groups(table, "problem"):
         shown = rows.drop(columns="problem").dropna(axis="columns", how="all")
@@ -82,13 +82,13 @@ def as_text(table: pd.DataFrame) -> str:
 
 
 def as_json(table: pd.DataFrame) -> str:
-    """Return the table for programs; null for what is not known or infinite."""
+    """Return the table as JSON; null for unknown or infinite values."""
     known = table.astype(object).mask(table.isin([np.nan, np.inf]), None)
     return json.dumps(known.to_dict("records"), indent=2, allow_nan=False)
 
 
 def _facts(results: Results, row: Any, problem: Problem, *, has_log: bool) -> dict[str, float]:
-    """Return what is to be known of a run, without noise; 0 is the worth of what diverges."""
+    """Return the facts about a run, without noise; a design that diverges has the value 0."""
     if (known := exact_fitness(problem.values, problem.shape)) is None:
         design = Design(row["recommended"], shape=problem.shape)
         return {"value": float(evaluate([design], problem.values).value[0])}
@@ -104,7 +104,7 @@ def _facts(results: Results, row: Any, problem: Problem, *, has_log: bool) -> di
 
 
 def _title(problem: Problem) -> str:
-    """Return what tells a problem from others, for people."""
+    """Return a heading that identifies a problem."""
     values = ", ".join(f"{name} {value}" for name, value in problem.changes.items())
     parts = [f"physics {problem.physics}" + (f" ({values})" if values else ""), str(problem.shape)]
     parts += [] if problem.level is None else [f"noise level {problem.level:g}"]

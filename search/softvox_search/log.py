@@ -14,7 +14,7 @@ from softvox_search.protocol import Designs
 
 Columns = dict[str, NDArray[Any]]
 
-#: Type of every column; of a little-endian machine, so that digests agree on all.
+#: Type of every column, little-endian, so that digests agree on all machines.
 COLUMNS: Mapping[str, str] = {
     "sequence": "<i4",
     "unique_sequence": "<i4",
@@ -27,7 +27,7 @@ COLUMNS: Mapping[str, str] = {
     "cached": "|b1",
 }
 
-#: In place of a noise seed where no noise was drawn.
+#: Stands for the noise seed if no noise was drawn.
 NO_SEED = -1
 
 
@@ -50,7 +50,7 @@ class Log:
     Parameters
     ----------
     space : Lattice
-        Of the designs.
+        The lattice of the designs.
     """
 
     def __init__(self, space: Lattice) -> None:
@@ -78,17 +78,17 @@ class Log:
     def _identities(self, designs: Designs) -> NDArray[Any]:
         if self._space.has_int64_numbers:
             return self._space.numbers(designs)
-        text = (designs + ord("0")).astype(np.uint32)  # characters of a str as NumPy has them
+        text = (designs + ord("0")).astype(np.uint32)  # the characters of a str in NumPy
         return text.view(self._types["design"]).ravel()
 
 
 def identity(design: Design) -> int | str:
-    """Return a design as the log has it: its number, or its digits where numbers exceed int64."""
+    """Return a design's identity in the log: its number, or its digits if numbers exceed int64."""
     return design.index if design.lattice.has_int64_numbers else design.digits
 
 
 def digest(columns: Mapping[str, NDArray[Any]], kinds: Mapping[str, str] = COLUMNS) -> str:
-    """Return the SHA-256 of all rows, column by column, each as its kind."""
+    """Return the SHA-256 of all rows, column by column, each in its type."""
     total = hashlib.sha256()
     for name, kind in kinds.items():
         column = np.asarray(columns[name])

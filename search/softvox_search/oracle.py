@@ -1,4 +1,4 @@
-"""The oracle: the only way from a searcher to the physics, and who counts what it costs."""
+"""The oracle: the only way from a searcher to the physics; it counts the costs."""
 
 from __future__ import annotations
 
@@ -21,44 +21,44 @@ from softvox_gym.wrappers import is_noisy, silent
 from softvox_search.log import NO_SEED, Log
 from softvox_search.protocol import Designs, Info, SearcherError, keys_of
 
-#: Makes a vector environment of so many; whatever is wrapped around it reaches every searcher.
+#: Makes a vector environment for n designs; its wrappers affect every searcher.
 MakeEnv = Callable[[int], "VectorEnv[Any, Any, Any]"]
 
-#: Told how far a run is: (done, total).
+#: Receives the progress of a run: (done, total).
 Progress = Callable[[int, int], None]
 
-#: A larger batch is evaluated in pieces.
+#: Larger batches are evaluated in pieces.
 MOST_ENVS = 1024
 
-#: Evaluations per unit of the unique budget, where the budget doesn't say: an end for searchers
-#: that propose nothing new.
+#: Default number of evaluations per unit of the unique budget: an end for searchers that propose
+#: nothing new.
 PATIENCE = 20
 
 
 @dataclass(frozen=True, kw_only=True)
 class Budget:
-    """When a search ends: at the first of these that is used up.
+    """The budget of a search, which ends when the first of these is used up.
 
     Parameters
     ----------
     unique : int, optional
-        Evaluations that were not answered from the cache: without noise the number of different
-        designs; with noise every evaluation is a fresh draw and counts.
+        Evaluations that the cache did not answer: without noise the number of different designs;
+        with noise every evaluation is a fresh draw and counts.
     evaluations : int, optional
-        All evaluations, duplicates included; `PATIENCE` times `unique` where None and unique is
-        given. One of an environment that resamples is one, however many simulations it takes;
-        `steps` counts those.
+        All evaluations, duplicates included; by default `PATIENCE` times `unique`, if that is
+        given. In an environment that resamples, one evaluation counts once, however many
+        simulations it takes; `steps` counts those.
     steps : int, optional
-        Simulated time steps. A batch is not broken off: the last may go beyond it.
+        Simulated time steps. A batch is never interrupted, so the last may exceed the budget.
     cpu_seconds : float, optional
-        s of the process's processor time, the searcher's own and the simulations', from the first
-        look at the budget. A batch is not broken off, and one is always evaluated. Such a run is
-        not repeated to the same bits.
+        Processor time of the process, s, for the searcher and the simulations, from the first use
+        of the budget. A batch is never interrupted, and at least one is evaluated. Such a run is
+        not repeatable to the bit.
 
     Raises
     ------
     TypeError, ValueError
-        For a budget that is not a positive number, or none that surely ends a search: `unique`,
+        If a budget is not a positive number, or none is given that surely ends a search: `unique`,
         `evaluations` or `cpu_seconds`.
     """
 
@@ -80,21 +80,21 @@ class Budget:
             raise ValueError("budget must have unique, evaluations or cpu_seconds")
 
     def most_evaluations(self, *, noisy: bool) -> int | None:
-        """Return how many evaluations it allows at most; None where only time ends it."""
+        """Return the most evaluations it allows; None if only time ends it."""
         if noisy and self.unique is not None and self.evaluations is not None:
             return min(self.unique, self.evaluations)
         return self.evaluations
 
 
 class Answer(NamedTuple):
-    """What the oracle knows of a batch, in the order asked; as `Searcher.tell` takes it."""
+    """The oracle's results for a batch, in the order asked, for `Searcher.tell`."""
 
     designs: Designs
     values: NDArray[np.float64]
     info: Info
 
 
-#: What the environment says of one design.
+#: The environment's results for one design.
 _RECORD = np.dtype(
     [
         ("value", np.float64),
@@ -107,7 +107,7 @@ _RECORD = np.dtype(
 
 
 class Oracle:
-    """Evaluates designs on an environment, within a budget, and writes everything down.
+    """Evaluates designs on an environment, within a budget, and logs everything.
 
     Parameters
     ----------
@@ -115,28 +115,28 @@ class Oracle:
         One of this package's vector environments, with any wrappers.
     budget : Budget
     rng : numpy.random.Generator, optional
-        Where the noise seeds come from; needed where the environment is noisy.
+        Source of the noise seeds; needed if the environment is noisy.
     noisy : bool, optional
-        Whether two evaluations of one design may differ. Where None, what the wrappers say: one
-        that has a true attribute `is_noisy` makes the environment noisy. A wrapper from elsewhere
-        must have one, true or false.
+        Whether two evaluations of one design may differ. By default the wrappers decide: one with a
+        true attribute `is_noisy` makes the environment noisy. A wrapper of another package must
+        have the attribute, true or false.
     progress : callable (done, total), optional
-        Called after every batch: unique designs or, where the budget has none or the environment is
-        noisy, evaluations; not called where only time ends the search.
+        Called after every batch with unique designs or, if the budget has no such part or the
+        environment is noisy, evaluations; not called if only time ends the search.
 
     Attributes
     ----------
     space : Lattice
-        The environment's.
+        The environment's lattice.
     unique, evaluations, steps : int
-        What was used so far.
+        The amounts used so far.
     log : Log
         One row per evaluation.
 
     Raises
     ------
     ValueError
-        For a noisy environment without a generator, or one that doesn't say whether it is noisy.
+        If a noisy environment has no generator, or a wrapper doesn't declare whether it is noisy.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class Oracle:
         self._rng: Any = rng
         self._progress = progress
         self._started: float | None = None
-        self._cache: dict[bytes, bytes] = {}  # records, by the designs' keys
+        self._cache: dict[bytes, bytes] = {}  # records by the designs' keys
         self.log = Log(self.space)
         self.unique = 0
         self.evaluations = 0
@@ -172,7 +172,7 @@ class Oracle:
 
     @property
     def cpu_seconds(self) -> float:
-        """Seconds of processor time since the first look at the budget."""
+        """Seconds of processor time since the first use of the budget."""
         now = time.process_time()
         if self._started is None:
             self._started = now
@@ -180,7 +180,7 @@ class Oracle:
 
     @property
     def ended_by(self) -> str | None:
-        """Which part of the budget is used up, the first of several; None while none is."""
+        """The first part of the budget that is used up; None while none is."""
         for name in ("unique", "evaluations", "steps", "cpu_seconds"):
             limit = getattr(self.budget, name)
             if limit is not None and getattr(self, name) >= limit and self.evaluations:
@@ -193,14 +193,14 @@ class Oracle:
         return self.ended_by is not None
 
     def evaluate(self, designs: Any) -> Answer:
-        """Evaluate a batch of designs as `Searcher.ask` returns it, as many as the budget allows.
+        """Evaluate a batch from `Searcher.ask`, as many designs as the budget allows.
 
         Raises
         ------
         SearcherError
-            For what is no batch of designs of the oracle's lattice.
+            If it is no batch of designs of the oracle's lattice.
         ValueError
-            Where the environment rewards with NaN, which no searcher could use.
+            If the environment's reward is NaN, which no searcher could use.
         """
         rows = checked(designs, self.space)
         keys = keys_of(rows)
@@ -262,7 +262,7 @@ class Oracle:
     def _records(
         self, rows: Designs, keys: list[bytes], fresh: NDArray[np.bool_], seeds: NDArray[np.int64]
     ) -> NDArray[np.void]:
-        """Return what is known of a batch, from the cache where it is there."""
+        """Return the records of a batch, from the cache if it has them."""
         if self.noisy:
             return self._simulated(rows, seeds)
         if fresh.any():
@@ -271,7 +271,7 @@ class Oracle:
         return np.frombuffer(b"".join([self._cache[key] for key in keys]), dtype=_RECORD)
 
     def _simulated(self, rows: Designs, seeds: NDArray[np.int64] | None) -> NDArray[np.void]:
-        """Return what the environment says of a batch."""
+        """Return the environment's results for a batch."""
         records = np.zeros(len(rows), dtype=_RECORD)
         for begin in range(0, len(rows), MOST_ENVS):
             part = slice(begin, begin + MOST_ENVS)
@@ -304,7 +304,7 @@ def checked(designs: Any, space: Lattice) -> Designs:
     """Return a batch of designs as rows of digits, shape (n, sites), a copy; or SearcherError."""
     is_rows = isinstance(designs, np.ndarray) and designs.shape[1:] == (space.sites,)
     is_whole = is_rows and designs.dtype.kind in "iu"
-    # The quick way, for what most searchers return.
+    # The fast path, for what most searchers return.
     if is_whole and not ((designs < 0) | (designs >= space.states)).any():
         return np.array(designs, dtype=np.int64)
     try:

@@ -1,4 +1,4 @@
-"""Policies against luck: how a searcher under noise is kept from believing its luckiest draws."""
+"""Policies against luck, which keep a searcher under noise from believing its luckiest draws."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ _SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 
 @dataclass(frozen=True, kw_only=True)
 class Policy:
-    """What is done against luck; nothing, unless switched on.
+    """The measures against luck; all are off by default.
 
     Parameters
     ----------
     running_mean : bool
-        Tell the searcher the mean of all values seen for a design, not the last one, and let it
-        put that in the place of what it was told before.
+        Tell the searcher the mean of all values seen for a design instead of the last one, and let
+        it replace what it was told before.
     reevaluate_parents : bool
-        With every batch that the searcher asks for, evaluate anew the designs that its next
-        selection relies on, where it says which (`parents`, `refresh`).
+        With every batch that the searcher asks for, evaluate again the designs that its next
+        selection relies on, if it declares them (`parents`, `refresh`).
     final_stage : bool
-        Keep the last evaluations for fresh draws of the designs believed best, and recommend by
+        Reserve the last evaluations for fresh draws of the designs believed best, and recommend by
         these alone.
     finalists : int
-        How many designs are drawn anew in the final stage.
+        Number of designs that are drawn anew in the final stage.
     resamples : int
-        How many fresh draws each of them gets.
+        Number of fresh draws for each finalist.
 
     Raises
     ------
     TypeError, ValueError
-        For a switch that is not True or False, or a number that is not a positive whole one.
+        If a switch is not True or False, or a number is not a positive whole number.
     """
 
     running_mean: bool = False
@@ -60,19 +60,19 @@ class Policy:
 
     @property
     def is_on(self) -> bool:
-        """Whether anything is switched on."""
+        """Whether any measure is on."""
         return any(getattr(self, name) for name in _SWITCHES)
 
 
 def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budget) -> Searcher:
-    """Return a searcher within a policy, for a noisy run; the searcher itself where none is on.
+    """Return a searcher within a policy, for a noisy run; the searcher itself if none is on.
 
     Raises
     ------
     TypeError
-        For a function, which can't be asked in turn.
+        If the searcher is a function, which can't be asked in turn.
     ValueError
-        For a final stage within a budget that is too small, or that may end at any evaluation.
+        If there is a final stage and the budget is too small for it, or may end at any evaluation.
     """
     if not policy.is_on:
         return searcher
@@ -88,41 +88,42 @@ def with_policy(searcher: Searcher, policy: Policy, space: Lattice, budget: Budg
 
 @runtime_checkable
 class HasParents(Protocol):
-    """A searcher that says which earlier values it still relies on, and takes newer ones."""
+    """A searcher that declares which earlier values it still relies on, and accepts newer ones."""
 
     def parents(self) -> Designs:
         """Return the designs whose values the next selection relies on, shape (m, sites)."""
         ...
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Take newer values for those that it carries; of others they are only remembered."""
+        """Take newer values of the parents that it still has; values of others are only stored."""
         ...
 
 
 class PolicySearcher:
     """A searcher within a policy; itself a searcher.
 
-    Parents evaluated anew come first in a batch, and the searcher gets their newer values before
-    those of its offspring. It is told a batch as a whole, also where it was asked for in pieces.
+    Parents that are evaluated again come first in a batch, and the searcher gets their newer values
+    before those of its offspring. It is told a batch as a whole, even if it was asked for in
+    pieces.
 
     Parameters
     ----------
     searcher : Searcher
-        Any with `ask`.
+        Any searcher with `ask`.
     policy : Policy
     space : Lattice
     evaluations : int, optional
-        The run's budget; needed for a final stage. Without one the search does not end by itself.
+        The run's budget; needed for a final stage. Without it the search does not end by itself.
 
     Raises
     ------
     TypeError, ValueError
-        For a budget that is no positive whole number, or too small for the final stage.
+        If the budget is no positive whole number, or too small for the final stage.
 
     Source
     ------
-    What noise does to a search, and averaging and evaluating anew against it: Y. Jin, J. Branke,
-    *Evolutionary optimization in uncertain environments: a survey*, IEEE Transactions on
+    On the effect of noise on a search, and on averaging and repeated evaluation against it: Y. Jin,
+    J. Branke, *Evolutionary optimization in uncertain environments: a survey*, IEEE Transactions on
     Evolutionary Computation 9(3), 2005.
     """
 
@@ -152,7 +153,7 @@ class PolicySearcher:
         self._pieces: list[tuple[NDArray[np.float64], Info]] = []
         self._asked = 0
         self._has_told = False
-        self._finalists: Designs | None = None  # in the final stage, the one believed best first
+        self._finalists: Designs | None = None  # in the final stage, believed best first
 
     def ask(self, n: int | None = None) -> Designs:
         """Return the searcher's next designs, parents or finalists; none after the final stage."""
@@ -163,12 +164,12 @@ class PolicySearcher:
         return asked
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Learn the values, and tell the searcher what the policy makes of them.
+        """Store the values, and tell the searcher those that result from the policy.
 
         Raises
         ------
         ValueError
-            For designs that were not asked for.
+            If designs were not asked for.
         """
         if not np.array_equal(designs, self._untold[: len(designs)]):
             raise ValueError("tell must get the designs that ask returned, in that order")
@@ -184,9 +185,9 @@ class PolicySearcher:
             self._hand_over()
 
     def recommend(self) -> Design:
-        """Return the best of the final stage; else the best mean; else the searcher's own.
+        """Return the best of the final stage, else the best mean, else the searcher's own choice.
 
-        A final stage that the budget cut off before every finalist had a draw does not count. While
+        A final stage that the budget ended before every finalist had a draw does not count. While
         the searcher's first batch is still being told, the best value told so far is recommended.
         """
         best = None
@@ -199,18 +200,18 @@ class PolicySearcher:
         return self._searcher.recommend()
 
     def belief(self, design: Design) -> float:
-        """Return what a design is believed to be worth, in voxel widths.
+        """Return the believed value of a design, voxel widths.
 
-        For a finalist the mean of its fresh draws alone, which is unbiased for every single
-        finalist; of the best of them it may still be a little too high, as it was chosen by these
-        means. Else the mean of all values told where the running mean is on, and the value told
-        last where not; NaN for a design never evaluated.
+        For a finalist this is the mean of its fresh draws alone, which is unbiased for every single
+        finalist; for the best of them it may still be a little too high, because these means
+        selected it. Otherwise it is the mean of all values told if the running mean is on, or else
+        the value told last; NaN for a design that was never evaluated.
         """
         beliefs = self._beliefs() | self._final_means()
         return beliefs.get(self._space.to_rows(design.array).tobytes(), np.nan)
 
     def _final_means(self) -> dict[bytes, float]:
-        """Return the mean of every finalist's fresh draws; none before all had one."""
+        """Return the mean of every finalist's fresh draws; empty before all have one."""
         if self._finalists is None:
             return {}
         k, values = len(self._finalists), [value for piece, _ in self._pieces for value in piece]
@@ -220,11 +221,11 @@ class PolicySearcher:
 
     @property
     def _untold(self) -> Designs:
-        """What is left of the batch."""
+        """The rest of the batch."""
         return self._batch[sum(len(values) for values, _ in self._pieces) :]
 
     def _beliefs(self) -> dict[bytes, float]:
-        """Return what every design evaluated is believed to be worth, but for the final stage."""
+        """Return the believed value of every evaluated design, ignoring the final stage."""
         mean = self._policy.running_mean
         return {
             key: fmean(draw[0] for draw in draws) if mean else float(draws[-1][0])
@@ -245,19 +246,19 @@ class PolicySearcher:
             self._n_parents = len(parents)
         if self._policy.final_stage and not len(self._batch) and self._told:
             beliefs = self._beliefs()
-            # Of equals the first by number goes on.
+            # Ties go to the smaller number.
             order = sorted(beliefs, key=lambda key: (-beliefs[key], key[::-1]))
             self._finalists = rows_of(order[: self._policy.finalists], self._space)
-            # In turn, so that where the budget ends before the stage all have equally many draws,
-            # to within one; where fewer designs are known than finalists, these get all.
+            # In turn, so that if the budget ends before the stage, all have equally many draws, to
+            # within one; if fewer designs are known than finalists, these get all draws.
             draws = np.arange(self._policy.finalists * self._policy.resamples)
             self._batch = self._finalists[draws % len(self._finalists)]
 
     def _hand_over(self) -> None:
-        """Tell the searcher what is known of the batch, parents first.
+        """Tell the searcher the values of the batch, parents first.
 
-        A design of the batch may be one that the searcher has carried along since an earlier draw:
-        where means are told, it gets the newer mean for that one too.
+        A design of the batch may be one that the searcher has carried since an earlier draw: if
+        means are told, it gets the newer mean for that one too.
         """
         pieces, infos = zip(*self._pieces, strict=True)
         values = np.concatenate(pieces)
@@ -285,7 +286,7 @@ class PolicySearcher:
 
 
 def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], float]:
-    """Return the mean value of draws of one design, their mean displacement and standard error.
+    """Return the mean value, mean displacement and standard error of draws of one design.
 
     Parameters
     ----------
@@ -295,8 +296,8 @@ def means_of(draws: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], fl
     Returns
     -------
     float, ndarray of shape (3,), float
-        Those that diverged count in the mean and not in the displacement, NaN where all did. The
-        error is that of the mean by the values' spread; NaN of a single one.
+        Draws that diverged count in the mean but not in the displacement, which is NaN if all did.
+        The error is that of the mean, from the spread of the values; NaN for a single draw.
     """
     values, moved = draws[:, 0], draws[~np.isnan(draws[:, 1]), 1:]
     displacement = moved.sum(axis=0) / (len(moved) or np.nan)

@@ -1,4 +1,4 @@
-"""What a searcher is: anything with these three methods; and a base that brings two of them."""
+"""The protocol of searchers: three methods, and a base class that brings two of them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from softvox_gym import Design, Lattice
 
-#: Rows of digits, int64 of shape (n, sites), as the environment's action space has them.
+#: Rows of digits, int64 of shape (n, sites), as in the environment's action space.
 Designs: TypeAlias = NDArray[np.int64]
 
 
 class Info(TypedDict):
-    """What a searcher is told beside the values.
+    """What a searcher is told besides the values.
 
     Attributes
     ----------
@@ -22,8 +22,8 @@ class Info(TypedDict):
         dx, dy, dz in voxel widths; NaN where the design diverged.
     diverged : ndarray of bool, shape (n,)
     standard_error : ndarray, shape (n,)
-        Of the values, voxel widths: 0 where they are exact, NaN where a noisy value is a single
-        draw.
+        Standard error of the values, voxel widths: 0 if they are exact, NaN if a noisy value is a
+        single draw.
     """
 
     displacement: NDArray[np.float64]
@@ -32,15 +32,15 @@ class Info(TypedDict):
 
 
 class SearcherError(Exception):
-    """A searcher broke the protocol; the message says how."""
+    """A searcher broke the protocol; the message explains how."""
 
 
 @runtime_checkable
 class Searcher(Protocol):
-    """An optimiser that is asked for designs and told what they are worth.
+    """An optimiser that is asked for designs and told their values.
 
-    It is made as ``Class(space, rng, **options)`` with the `softvox_gym.Lattice` that it searches,
-    and must draw all its random numbers from the generator ``rng``, so that a run can be repeated.
+    It is made as ``Class(space, rng, **options)`` with the `softvox_gym.Lattice` that it searches.
+    It must draw all its random numbers from the generator ``rng``, so that a run can be repeated.
     """
 
     def ask(self, n: int | None = None) -> Any:
@@ -49,27 +49,27 @@ class Searcher(Protocol):
         Parameters
         ----------
         n : int, optional
-            At most this many; the searcher's own batch where None.
+            At most this many; by default the searcher's own batch size.
 
         Returns
         -------
         designs
-            Anything that `softvox_gym.simulate` takes for a batch: rows of digits, shape
-            (m, sites), an array of design numbers, a list of Design. One design alone is a batch
-            of one, ``[[0, 0, 0, 2, 1, 2, 2, 2]]``. None at all ends the search.
+            Any batch for `softvox_gym.simulate`: rows of digits, shape (m, sites), an array of
+            design numbers, a list of Design. A single design is a batch of one, ``[[0, 0, 0, 2, 1,
+            2, 2, 2]]``. An empty batch ends the search.
         """
         ...
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Learn what the designs of the last `ask` are worth, in the order asked.
+        """Learn the values of the designs of the last `ask`, in the order asked.
 
-        They may be fewer than were asked for: then the budget has ended.
+        If there are fewer than were asked for, the budget has ended.
 
         Parameters
         ----------
         designs : ndarray of int64, shape (n, sites)
         values : ndarray, shape (n,)
-            To be maximised; never NaN. A design that diverged has the value 0.
+            Values to be maximised; never NaN. A design that diverged has the value 0.
         info : Info
         """
         ...
@@ -77,45 +77,45 @@ class Searcher(Protocol):
     def recommend(self) -> Design:
         """Return the design that the searcher would build now.
 
-        It may differ from the one with the best value seen. Called after one `tell` at least.
+        It may differ from the one with the best value seen. Called only after a `tell`.
         """
         ...
 
 
 def keys_of(designs: Designs) -> list[bytes]:
-    """Return a key for every design by which it can be looked up: its digits, as bytes."""
+    """Return a lookup key for every design: its digits, as bytes."""
     rows = np.ascontiguousarray(designs, dtype=np.uint8)
     keys: Any = rows.view(np.dtype((np.void, rows.shape[1]))).ravel().tolist()
     return list(keys)
 
 
 def rows_of(keys: list[bytes], space: Lattice) -> Designs:
-    """Return the designs of keys as rows of digits, shape (n, sites)."""
+    """Return the designs for keys as rows of digits, shape (n, sites)."""
     flat = np.frombuffer(b"".join(keys), dtype=np.uint8)
     return flat.reshape(len(keys), space.sites).astype(np.int64)
 
 
 def best_of(values: dict[bytes, float]) -> bytes:
-    """Return the key of the largest value; of equal ones that of the smallest design number."""
+    """Return the key of the largest value; of ties that of the smallest design number."""
     top = max(values.values())
     return min((key for key, value in values.items() if value == top), key=lambda key: key[::-1])
 
 
 class SearcherBase:
-    """Remembers the value told last for every design; a searcher on it needs only an `ask`.
+    """Stores the value told last for every design; a subclass needs only an `ask`.
 
     Parameters
     ----------
     space : Lattice
-        Whose designs are searched.
+        The lattice whose designs are searched.
     rng : numpy.random.Generator
-        The run's own; the only source of random numbers.
+        The generator of the run; the only source of random numbers.
 
     Attributes
     ----------
     space, rng
     values : dict of bytes to float
-        The value told last for every design that was evaluated, voxel widths, by `keys_of`.
+        The value told last for every evaluated design, voxel widths, by `keys_of`.
     """
 
     def __init__(self, space: Lattice, rng: np.random.Generator) -> None:
@@ -124,11 +124,11 @@ class SearcherBase:
         self.values: dict[bytes, float] = {}
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Remember the values."""
+        """Store the values."""
         self.values.update(zip(keys_of(designs), values.tolist(), strict=True))
 
     def known(self, designs: Designs) -> NDArray[np.float64]:
-        """Return the values told last for designs, shape (n,); NaN where none was."""
+        """Return the values told last for designs, shape (n,); NaN if there is none."""
         return np.array([self.values.get(key, np.nan) for key in keys_of(designs)])
 
     @property
@@ -137,7 +137,7 @@ class SearcherBase:
         return rows_of([best_of(self.values)], self.space)[0] if self.values else None
 
     def recommend(self) -> Design:
-        """Return the design with the best value, of equal ones the first by number.
+        """Return the design with the best value; of ties the smallest number.
 
         Raises
         ------

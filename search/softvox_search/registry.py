@@ -1,4 +1,4 @@
-"""The searchers by name, and one's own by where they are."""
+"""The registry: this package's searchers by name, and your own by import path."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Entry(NamedTuple):
 
     #: "module:Class" within `softvox_search.searchers`, imported when it is made.
     place: str
-    #: One sentence, where it is not the first of the class's docstring.
+    #: A sentence, if it is not the first of the class's docstring.
     about: str = ""
-    #: Options that the name stands for; they can't be given with it.
+    #: Options that the name implies; they can't be given with it.
     fixed: Mapping[str, Any] = {}
 
 
@@ -58,7 +58,7 @@ SEARCHERS: Mapping[str, Entry] = {
 }
 
 
-#: By kind: what it must be, and a base that lacks only ask.
+#: By kind: its definition, and a base class that lacks only ask.
 BASES: Mapping[str, tuple[str, str]] = {
     "searcher": ("softvox_search.Searcher", "softvox_search.SearcherBase"),
     "method": ("softvox_search.transfer.TransferMethod", "softvox_search.transfer.Method"),
@@ -66,30 +66,30 @@ BASES: Mapping[str, tuple[str, str]] = {
 
 
 class Registry(NamedTuple):
-    """What comes with the package by name, and one's own by where it is."""
+    """The package's classes by name, and your own by import path."""
 
     kind: str  #: "searcher"
-    package: str  #: Of the places.
+    package: str  #: The package of the places.
     entries: Mapping[str, Entry]
-    takes: int  #: How many arguments a class is made with.
+    takes: int  #: Number of arguments that a class is made with.
 
     @property
     def names(self) -> str:
-        """Which names there are, in words."""
+        """The known names, in words."""
         return (
             f"the {self.kind}s are: {', '.join(self.entries)}; one's own class or function is "
             "given as 'package.module:name'"
         )
 
     def found(self, name: str) -> Any:
-        """Return the class or function of a name.
+        """Return the class or function for a name.
 
         Raises
         ------
         TypeError, ValueError
-            For a name that leads to none.
+            If the name leads to none.
         ImportError
-            Where a library that its module needs is not installed.
+            If a library that its module needs is not installed.
         """
         if not isinstance(name, str):
             raise TypeError(f"{self.kind} must be a name, got {name!r}; {self.names}")
@@ -117,10 +117,10 @@ class Registry(NamedTuple):
         return kind
 
     def options_of(self, name: str) -> dict[str, Any] | None:
-        """Return the options that it takes, with their defaults; None where it takes any.
+        """Return its options with their defaults; None if it takes any.
 
-        Without those that the name stands for; `inspect.Parameter.empty` for a default that is
-        none.
+        Without the options that the name implies; `inspect.Parameter.empty` if an option has no
+        default.
 
         Raises
         ------
@@ -131,7 +131,7 @@ class Registry(NamedTuple):
         return _options(self.found(name), self.takes, fixed)
 
     def check_options(self, name: str, options: Iterable[str]) -> None:
-        """Raise ValueError for an option that it doesn't take."""
+        """Raise ValueError if it doesn't take an option."""
         takes = self.options_of(name)
         for option in options:
             if takes is not None and option not in takes:
@@ -154,23 +154,23 @@ def make(
     Parameters
     ----------
     name : str
-        One of `SEARCHERS`, or "package.module:name" for one's own: a class, which is called as
+        One of `SEARCHERS`, or "package.module:name" for your own: a class, which is called as
         ``Class(space, rng, **options)``, or a function ``f(evaluate, space, rng, **options)``; see
         `softvox_search.FunctionSearcher`.
     rng : numpy.random.Generator
-        The run's own.
+        The generator of the run.
     space : Lattice, optional
-        Whose designs it searches; 2x2x2 where None.
+        The lattice whose designs it searches; by default 2x2x2.
     **options
-        Of the class or function; its docstring describes them.
+        Options of the class or function; its docstring describes them.
 
     Raises
     ------
     TypeError, ValueError
-        For a name that leads to no searcher, an option that it doesn't take, or a value that it
-        refuses.
+        If the name leads to no searcher, or an option is unknown or has a value that the searcher
+        rejects.
     ImportError
-        Where a library that the searcher needs is not installed.
+        If a library that the searcher needs is not installed.
     """
     kind, space = found(name), space or Lattice()
     if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
@@ -185,7 +185,7 @@ def make(
 
 
 def require_methods(name: str, made: Any, *, kind: str = "searcher") -> None:
-    """Raise TypeError for a class, or what was made of it, that lacks one of the three methods."""
+    """Raise TypeError if a class or an object made from it lacks one of the three methods."""
     lacks = [
         what for what in ("ask", "tell", "recommend") if not callable(getattr(made, what, None))
     ]

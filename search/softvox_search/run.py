@@ -1,4 +1,4 @@
-"""A run: a searcher against an oracle until the budget ends."""
+"""A run: a searcher with an oracle until the budget ends."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from softvox_search.protocol import Searcher, SearcherError
 
 
 def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Design:
-    """Let a searcher search until a budget is used up or it proposes nothing more.
+    """Run a searcher until the budget is used up or it proposes nothing more.
 
     Parameters
     ----------
     searcher : Searcher
-        One with `ask`, or a `FunctionSearcher`.
+        A searcher with `ask`, or a `FunctionSearcher`.
     oracle : Oracle
-        Its log tells afterwards what was evaluated.
+        Its log lists what was evaluated.
     name : str, optional
-        What to call the searcher in errors; its class where None.
+        Name of the searcher in errors; by default its class.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
     Raises
     ------
     SearcherError
-        Where the searcher breaks the protocol, naming it.
+        If the searcher breaks the protocol; the message names it.
     """
     with naming(name or name_of(searcher)):
         advice: Any = None
@@ -54,14 +54,14 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
 
 
 def name_of(searcher: Searcher) -> str:
-    """Return what to call a searcher: its class or function."""
+    """Return the name of a searcher: its class or function."""
     function = getattr(searcher, "function", None)
     return getattr(function, "__name__", type(searcher).__name__)
 
 
 @contextmanager
 def naming(name: str) -> Iterator[None]:
-    """Put a searcher's name before what an error says of it."""
+    """Put a searcher's name in front of the message of an error."""
     try:
         yield
     except SearcherError as error:
@@ -74,7 +74,7 @@ def recommended(design: Any, space: Lattice) -> Design:
     Raises
     ------
     SearcherError
-        Where it is none.
+        If it is none.
     """
     try:
         return Design(design, shape=space)
@@ -85,10 +85,10 @@ def recommended(design: Any, space: Lattice) -> Design:
 def believed(
     searcher: Searcher, design: Design, columns: Mapping[str, NDArray[Any]]
 ) -> float | None:
-    """Return what a searcher believes a design to be worth, voxel widths.
+    """Return the value that a searcher believes a design to have, voxel widths.
 
-    What its policy believes; without one the value that it was told last, or None where it was told
-    nothing of this design.
+    Its policy's belief; without a policy the value that it was told last, or None if it was told
+    none for this design.
 
     Parameters
     ----------

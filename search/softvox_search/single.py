@@ -1,4 +1,4 @@
-"""One search, held against the whole landscape where that is known."""
+"""One search, compared with the whole landscape if that is known."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ENV_ID = "SoftVox-v0"
 
 
 class RaisedError(Exception):
-    """The searcher's own code raised an error, which is the cause of this one; one line says so."""
+    """The searcher's own code raised an error, the cause of this one; the message is one line."""
 
 
 def search(
@@ -44,49 +44,48 @@ def search(
     policy: Policy | None = None,
     progress: Progress | None = None,
 ) -> tuple[dict[str, Any], Columns]:
-    """Let a searcher search once, and hold what it recommends against all designs.
+    """Run one search, and compare its recommendation with all designs.
 
     Parameters
     ----------
     searcher : str
-        Its name in the registry, or "package.module:name" of a class or function.
+        Name in the registry, or "package.module:name" of a class or function.
     budget : Budget
     options : dict, optional
-        Of the searcher.
+        Options of the searcher.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     space : Lattice, optional
-        2x2x2 where None.
+        By default 2x2x2.
     physics : str or dict
     level : float, optional
-        Of `JakobiNoise`; no noise where None.
+        Level of `JakobiNoise`; by default no noise.
     policy : Policy, optional
-        Against luck, where there is noise.
+        Policy against luck, under noise.
     progress : callable (done, total), optional
-        As `Oracle` takes it.
+        As in `Oracle`.
 
     Returns
     -------
     facts : dict
-        Ready for JSON: the ``design`` recommended (its number), its ``digits``, ``shape`` and
-        ``phases``; ``fitness`` without noise and, where the landscape is known, ``best``, ``rank``
-        (one more
-        than there are better designs) and ``regret``; the ``level``; what the searcher ``believed``
-        it to be worth, None where it can't say; the same four by mean fitness ``under_noise``, None
-        where that was not measured; the evaluation ``found_at``, None where there was none; what
-        was used, ``unique``, ``evaluations``, ``steps``; and ``ended_by``, a part of the budget or
-        the "searcher". In voxel widths.
+        Ready for JSON: the recommended ``design`` (its number), its ``digits``, ``shape`` and
+        ``phases``; ``fitness`` without noise and, if the landscape is known, ``best``, ``rank``
+        (one more than the number of better designs) and ``regret``; the ``level``; the value that
+        the searcher ``believed`` it to have, None if it can't say; the same four by mean fitness
+        ``under_noise``, None if that was not measured; the evaluation ``found_at``, None if there
+        was none; the amounts used, ``unique``, ``evaluations``, ``steps``; and ``ended_by``, a part
+        of the budget or the "searcher". In voxel widths.
     columns : dict of ndarray
         The log.
 
     Raises
     ------
     BadInputError
-        For a searcher, options or a policy that can't be, or a library that is missing.
+        If the searcher, its options or the policy are invalid, or a library is missing.
     SearcherError
-        Where the searcher breaks the protocol.
+        If the searcher breaks the protocol.
     RaisedError
-        Where the searcher's own code raises anything else.
+        If the searcher's own code raises anything else.
     """
     space = space or Lattice()
     is_published = Physics.of(physics) == Physics.published()
@@ -100,7 +99,7 @@ def search(
         return env if not level else JakobiNoise(env, level)
 
     own, noise = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(2))
-    # At level 0 a repeated evaluation costs what it costs at others.
+    # At level 0 a repeated evaluation costs the same as at other levels.
     oracle = Oracle(environment, budget, rng=noise, noisy=level is not None, progress=progress)
     try:
         try:
@@ -145,7 +144,7 @@ def search(
 
 
 def _standing(design: Design, values: NDArray[np.float64]) -> dict[str, float]:
-    """Return where a design stands among the values of all designs; NaN counts as 0."""
+    """Return the standing of a design among the values of all designs; NaN counts as 0."""
     values = np.nan_to_num(values, nan=0.0)
     own, best = float(values[design.index]), float(values.max())
     rank = 1 + int((values > own).sum())

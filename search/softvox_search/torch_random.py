@@ -1,4 +1,4 @@
-"""PyTorch as a run's own for a while, for libraries that rest on it."""
+"""PyTorch with a run's own random state, for libraries that build on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def quiet_library(name: str) -> Any:
     Raises
     ------
     ImportError
-        Where it is not installed, naming what brings it.
+        If it is not installed; the message names what to install.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -28,14 +28,14 @@ def quiet_library(name: str) -> Any:
 
 @contextmanager
 def own_torch(rng: np.random.Generator) -> Iterator[Any]:
-    """Lend PyTorch, seeded by a generator: in double precision, on one thread, and silent.
+    """Yield PyTorch, seeded by a generator: in double precision, on one thread, and silent.
 
-    Afterwards its state and that of the global generators are as they were. Not for threads.
+    Afterwards its state and that of the global generators are restored. Not for threads.
 
     Parameters
     ----------
     rng : numpy.random.Generator
-        The run's own; draws the seeds.
+        The generator of the run; draws the seeds.
 
     Yields
     ------

@@ -1,4 +1,8 @@
-"""Every soft robot of a 2x2x2 lattice, simulated bit for bit: a benchmark with a known optimum."""
+"""Every soft robot of a 2x2x2 lattice, simulated bit for bit: a benchmark with a known optimum.
+
+Importing the package registers its Gymnasium environments. Without Gymnasium, `evaluate` returns
+the fitness of designs, and `simulate` every detail of their walks.
+"""
 
 from typing import Any
 
@@ -53,7 +57,7 @@ def _register(
     vector: str = "vector:SoftVoxVectorEnv",
     **options: Any,
 ) -> None:
-    if name not in registry:  # the module may be imported anew
+    if name not in registry:  # the module may be imported again
         register(
             name,
             entry_point=f"softvox_gym.envs.{single}",

@@ -1,7 +1,7 @@
-"""Calibrating the simulator, as the paper tried: which physics of a grid moves like real robots.
+"""Calibration of the simulator: which physics of a grid moves most like real robots.
 
 Source of the method: Kriegman et al., "Scalable sim-to-real transfer of soft robot designs",
-RoboSoft 2020, a search over pairs of friction coefficients.
+RoboSoft 2020, who searched over pairs of friction coefficients.
 """
 
 from __future__ import annotations
@@ -29,19 +29,18 @@ from softvox_gym.trials.measured import MeasuredReality
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Simulations in one calibration; at some milliseconds each they take minutes.
+#: Most simulations in one calibration; at some milliseconds each they take minutes.
 MOST_SIMULATIONS = 100_000
 
-#: Whoever builds and pumps a robot knows how far and how often; what the floor does, nobody does.
+#: What the builder of a robot knows: how far and how often it is pumped. The floor is unknown.
 KNOWN = ("strain", "frequency_hz", "actuation")
 
 _FRICTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5)
 
-#: What the axes of a grid are called that are not called as a parameter is, with the parameters as
-#: `Physics.of` takes them.
+#: Names of grid axes that are not parameters, with the parameters as `Physics.of` takes them.
 NAMES = {"friction": ("friction_static", "friction_kinetic"), "shear": ("shear_ratio",)}
 
-#: Values of an axis where none are given: round ones, none of them fitted to anything.
+#: Default values of the axes: round numbers, not fitted to anything.
 AXES: Mapping[str, tuple[float, ...]] = {
     "friction": _FRICTIONS,
     "friction_static": _FRICTIONS,
@@ -53,7 +52,7 @@ AXES: Mapping[str, tuple[float, ...]] = {
     "density": (2.5e5, 5e5, 1e6, 2e6),
 }
 
-#: Parameters that an axis may have: numbers, and no more than one for every robot.
+#: Parameters that an axis may vary: numbers that each robot may have its own value of.
 _PARAMETERS = tuple(
     spec.name
     for spec in SPECS
@@ -62,14 +61,14 @@ _PARAMETERS = tuple(
 
 
 def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
-    """Return the grid that is written as ``friction,shear=0:1:5,strain=0.2,0.3``.
+    """Return the grid for a text such as ``friction,shear=0:1:5,strain=0.2,0.3``.
 
-    A name alone has the values of `AXES`; ``a:b:n`` are n values from a to b.
+    A name alone gets the values of `AXES`; ``a:b:n`` means n values from a to b.
 
     Raises
     ------
     ValueError
-        Where it is not written like that, or names an axis twice.
+        If the text has another form, or names an axis twice.
     """
     grid: dict[str, tuple[float, ...] | None] = {}
     for part in re.split(r",(?!\s*[-+.0-9])", text):  # the others are between values of an axis
@@ -85,7 +84,7 @@ def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
 
 
 def _values(name: str, text: str) -> tuple[float, ...]:
-    """Return the values that 0.5 or 0:1:5 stand for."""
+    """Return the values for a text such as 0.5 or 0:1:5."""
     try:
         first, *rest = text.split(":")
         if not rest:
@@ -102,15 +101,15 @@ def _values(name: str, text: str) -> tuple[float, ...]:
 
 
 def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
-    """Return the values of an axis, each as changes that `Physics.of` takes.
+    """Return the values of an axis, each as changes for `Physics.of`.
 
-    Of the frictions these are all pairs whose kinetic friction is at most the static one, without
-    those in which one alone is 0: 46 of the 10 values of `AXES`.
+    For friction these are all pairs with kinetic friction at most the static one, except pairs in
+    which only one is 0: 46 pairs for the 10 values of `AXES`.
 
     Raises
     ------
     ValueError
-        For an unknown axis, with the nearest, or values that it can't have.
+        If the axis is unknown (the message names the nearest) or can't have a value.
     """
     known = (*NAMES, *_PARAMETERS)
     if name not in known:
@@ -126,7 +125,7 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
         raise ValueError(f"{name} must be a row of numbers, got {values!r}")
     names = NAMES.get(name, (name,))
     numbers: list[float] = np.unique(array.astype(np.float64)).tolist()
-    bounds = NOT_NEGATIVE if name == "shear" else FINITE  # all others are known to `Physics`
+    bounds = NOT_NEGATIVE if name == "shear" else FINITE  # `Physics` knows all others
     if bad := [value for value in numbers if not bounds.hold(value)]:
         raise ValueError(f"{name} must be {bounds.words}, got {bad[0]:g}")
     if len(numbers) ** len(names) > MOST_SIMULATIONS:
@@ -140,10 +139,10 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
 
 
 def known_of(reality: Reality) -> dict[str, Any]:
-    """Return what is known of a reality without calibrating: how its robots are actuated.
+    """Return what is known of a reality without calibration: how its robots are actuated.
 
-    Of voxels made of smaller ones that is the simulator's, as their strain means another thing. Of
-    what was measured it is the frequency, where the trials say it.
+    If voxels consist of smaller ones, that is the simulator's actuation, as their strain has
+    another meaning. For a measured reality it is the frequency, if the trials record it.
     """
     if isinstance(reality, MeasuredReality):
         frequency = reality.measured[0].frequency_hz  # the same in all
@@ -153,12 +152,12 @@ def known_of(reality: Reality) -> dict[str, Any]:
 
 
 def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]:
-    """Return how designs of the 2x2x2 lattice move in a reality, as if it had been filmed.
+    """Return the tracks of 2x2x2 designs in a reality, as if they had been filmed.
 
     Raises
     ------
     TypeError, ValueError
-        For designs that are none, or diverge there.
+        If a design is invalid, or diverges there.
     """
     numbers = [Design(design).index for design in designs]  # a result's may be of finer voxels
     result = reality.simulate(numbers, track=PER_CYCLE)
@@ -182,28 +181,28 @@ def tracks_of(reality: Reality, designs: Sequence[int]) -> tuple[RealTrack, ...]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
-    """What real robots did, and how every point of a grid says they move.
+    """The motion of real robots, and the predictions of every point of a grid.
 
-    A heading is the direction of an end, seen from the start; what travels less than 0.25 voxel
-    widths has none.
+    A heading is the direction of an end point, seen from the start; robots that travel less than
+    0.25 voxel widths have none.
 
     Parameters
     ----------
     designs : ndarray of int64, shape (n,)
     trials : ndarray of int64, shape (n,)
-        Of each design.
+        Number of trials of each design.
     cycles : ndarray, shape (n,)
-        Of actuation, over which a design is looked at: its shortest trial.
+        Cycles of actuation after which a design is compared: those of its shortest trial.
     real : ndarray, shape (n, 2)
-        Where it then was, voxel widths from its start along x and y; the mean over its trials.
+        Its position then, voxel widths from its start along x and y; the mean over its trials.
     spread : ndarray, shape (n,)
-        RMS distance of its trials from that mean, voxel widths; 0 of a single one.
+        RMS distance of its trials from that mean, voxel widths; 0 for a single one.
     parameters : dict of str to ndarray, shape (p,)
-        What differs from point to point, as `Physics.of` takes it.
+        The parameters that differ between points, as in `Physics.of`.
     physics : Physics
-        What they share.
+        The parameters that the points share.
     end : ndarray, shape (p, n, 2)
-        Where the designs are at every point, voxel widths; 0 where they diverged.
+        The predicted ends of the designs at every point, voxel widths; 0 if they diverged.
     diverged : ndarray of bool, shape (p, n)
     """
 
@@ -228,50 +227,50 @@ class Calibration:
 
     @cached_property
     def has_heading(self) -> NDArray[np.bool_]:
-        """Which designs have one in reality, shape (n,); the others are in no count of headings."""
+        """Which designs have a heading in reality, shape (n,); no count of headings has others."""
         return _length(self.real) >= LITTLE
 
     @cached_property
     def heading_error(self) -> Array:
-        """Degrees between the headings, 0 to 180, shape (p, n); NaN where either has none."""
+        """Degrees between the headings, 0 to 180, shape (p, n); NaN if either is missing."""
         along, across = self._turn
         angle = np.degrees(np.arctan2(np.abs(across), along))
         return np.where(self._is_heading, angle, np.nan)
 
     @cached_property
     def matched(self) -> NDArray[np.bool_]:
-        """Whether the headings differ by at most 45 degrees, shape (p, n); not where one has none.
+        """Whether the headings differ by at most 45 degrees, shape (p, n); False if one is missing.
 
-        A design that diverged has none.
+        A design that diverged has no heading.
         """
         along, across = self._turn
         return self._is_heading & (along >= np.abs(across))
 
     @cached_property
     def headings(self) -> NDArray[np.int64]:
-        """How many match at every point, shape (p,)."""
+        """Number of matching headings at every point, shape (p,)."""
         return np.asarray(self.matched.sum(axis=1))
 
     @property
     def share(self) -> Array:
-        """That as a share of the designs that have a heading in reality, shape (p,)."""
+        """`headings` as a share of the designs that have a heading in reality, shape (p,)."""
         return np.asarray(self.headings / self.has_heading.sum())
 
     @cached_property
     def distance_error(self) -> Array:
-        """How much too far they go, voxel widths, shape (p, n)."""
+        """Predicted minus real distance, voxel widths, shape (p, n)."""
         return _length(self.end) - _length(self.real)
 
     @cached_property
     def end_error(self) -> Array:
-        """How far the ends are apart, voxel widths, shape (p, n)."""
+        """Distance between predicted and real ends, voxel widths, shape (p, n)."""
         return _length(self.end - self.real)
 
     @cached_property
     def order(self) -> NDArray[np.int64]:
         """The points, best first, shape (p,).
 
-        By headings, then by the designs that diverge, then by the RMS of the ends' errors.
+        By headings, then by the number of designs that diverge, then by the RMS of the end errors.
         """
         return np.lexsort([_rms(self.end_error), self.diverged.sum(axis=1), -self.headings])
 
@@ -283,7 +282,8 @@ class Calibration:
     def point(self, i: int) -> dict[str, Any]:
         """Return a point: its scores, over all designs, and its parameters.
 
-        Errors of headings are over those designs that have one in both worlds; None where none has.
+        Heading errors are over the designs that have a heading in both worlds; None if no design
+        has.
         """
         angles = self.heading_error[i][~np.isnan(self.heading_error[i])]
         return {
@@ -299,7 +299,7 @@ class Calibration:
         }
 
     def physics_of(self, i: int, cycles: ArrayLike | None = None) -> Physics:
-        """Return the physics of a point for each design, over `cycles`, or others, shape (n,)."""
+        """Return the physics of a point for each design, over `cycles`, shape (n,), or others."""
         own = self.cycles if cycles is None else np.asarray(cycles, dtype=np.float64)
         return _physics(self.physics, self.parameters, np.full(len(self.designs), i), own)
 
@@ -309,7 +309,7 @@ class Calibration:
 
     @property
     def _turn(self) -> tuple[Array, Array]:
-        """The dot and the cross product of the ends, shape (p, n)."""
+        """The dot and cross products of the ends, shape (p, n)."""
         (x, y), (a, b) = np.moveaxis(self.end, -1, 0), self.real.T
         return x * a + y * b, x * b - y * a
 
@@ -322,22 +322,22 @@ def calibrate(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
-    """Hold every design that has real tracks against every point of a grid, in one simulation.
+    """Compare every design that has real tracks with every point of a grid, in one simulation.
 
     Parameters
     ----------
     tracks : sequence of RealTrack, or MeasuredReality
-        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them; cm of robots
-        whose voxels are as wide as those of the physics. Every design is looked at after the cycles
-        of its shortest trial; those of `Reality.from_trials` after its cycles.
+        As `softvox_gym.real_tracks.read_tracks` reads them, or `tracks_of` makes them; in cm, for
+        robots whose voxels are as wide as those of the physics. Every design is compared after the
+        cycles of its shortest trial; those of `Reality.from_trials` after its cycles.
     grid : str or dict
-        Axes by name, as `grid_of` reads them or with their values, None for the usual ones:
-        friction (pairs of static and kinetic), shear (T*, the shear strength over a voxel's
-        weight), or any parameter of `Physics` that a design may have of its own.
+        Axes by name, as text for `grid_of` or with their values; None stands for the default
+        values. Axes are friction (pairs of static and kinetic), shear (T*, the shear strength over
+        a voxel's weight), and any parameter of `Physics` that can differ between designs.
     physics : str, dict or Physics
-        All that is not in the grid, but for the duration, which is that of the tracks.
+        Everything that is not in the grid, except the duration, which comes from the tracks.
     threads, progress
-        As `simulate` takes them.
+        As in `simulate`.
 
     Returns
     -------
@@ -346,12 +346,13 @@ def calibrate(
     Raises
     ------
     TypeError, ValueError
-        For a grid that is none or too large, or tracks that no heading can be told of.
+        If the grid is invalid or too large, or no track has a heading.
 
     Notes
     -----
-    Source: Kriegman et al. 2020, who looked for the pair of friction coefficients that turns their
-    simulated robots into the real ones, and found none. A design that diverged stands still.
+    Source: Kriegman et al. 2020, who searched for the pair of friction coefficients that makes
+    their simulated robots move like the real ones, and found none. A design that diverged counts as
+    standing still.
 
     Examples
     --------
@@ -410,13 +411,13 @@ def calibrate(
 
 
 def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
-    """Return the settings of every axis; ValueError where two say the same, or there are none."""
+    """Return the settings of every axis; ValueError if two set the same, or there are none."""
     if not grid:
         raise ValueError("the grid has no axes; name one, as friction")
     axes = {name: settings(name, values) for name, values in grid.items()}
     taken: dict[str, str] = {}
     for name in axes:
-        # T* and the shear strength are two ways to say one thing.
+        # T* and the shear strength are two forms of one parameter.
         for parameter in NAMES.get(name, (name,)):
             key = parameter.replace("shear_ratio", "shear_strength")
             if key in taken:
@@ -428,14 +429,14 @@ def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
 def _physics(
     base: Physics, parameters: Mapping[str, Array], which: NDArray[np.int64], cycles: Array
 ) -> Physics:
-    """Return the physics of a robot at each of some points, over so many cycles."""
+    """Return the physics of a robot at each of some points, over its cycles."""
     changes: dict[str, Any] = {name: values[which] for name, values in parameters.items()}
     ratio = changes.pop("shear_ratio", None)
-    if "gravity" in changes:  # three numbers would be one vector
+    if "gravity" in changes:  # three numbers would be a vector
         changes["gravity"] = np.multiply.outer(changes["gravity"], [0.0, 0.0, 1.0])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # that kinetic friction is above static
+            warnings.simplefilter("ignore", UserWarning)  # of kinetic friction above static
             made = replace(base, **changes).lasting(cycles)
             return made if ratio is None else made.sheared(ratio)
     except ParameterError as error:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.noise import Jakobi
-from softvox_gym.physics import Physics
 from softvox_gym.realities import Reality
 from softvox_gym.simulation import Frames, Result
 
@@ -145,7 +144,11 @@ def _result(parts: Sequence[Result], rows: NDArray[np.int64]) -> Result:
     columns = _columns(
         parts, ("designs", "diverged", "displacement", "start", "end", "steps", "energy"), rows
     )
-    physics = _physics(parts, rows)
+    own: Any = {
+        name: np.concatenate([part.physics.per_design[name] for part in parts])[rows]
+        for name in parts[0].physics.per_design
+    }
+    physics = replace(parts[0].physics, **own)
     track = _padded([part.track for part in parts])[rows]
     stays = ~columns["designs"].any(axis=(1, 2, 3)) & ~columns["diverged"]
     track[stays] = 0.0  # past the end of a shorter part too
@@ -172,19 +175,6 @@ def _columns(parts: Sequence[Any], names: Sequence[str], rows: NDArray[np.int64]
         for name in names
         if getattr(parts[0], name) is not None
     }
-
-
-def _physics(parts: Sequence[Result], rows: NDArray[np.int64]) -> Physics:
-    """Return the physics of several results as one, with arrays where theirs have them."""
-    first = parts[0].physics
-    changed: Any = {
-        name: np.concatenate([getattr(part.physics, name) for part in parts])[rows]
-        for name, value in vars(first).items()
-        if isinstance(value, np.ndarray)
-        and len(value) == len(parts[0])
-        and (name != "gravity" or value.ndim == 2)
-    }
-    return replace(first, **changed)
 
 
 def _padded(parts: Sequence[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""A design: which voxels a robot has, and which of them are active."""
+"""Designs: the voxels of a robot, and which of them are active."""
 
 from __future__ import annotations
 
@@ -19,26 +19,29 @@ from numpy.typing import ArrayLike, NDArray
 from softvox_gym import design_files
 from softvox_gym.lattice import FACES, Lattice, number_of
 
-#: The remedy for a digit too large.
+#: The remedy for a digit that is too large.
 _MORE = "; shape=Lattice.of(shape, phases=P) has those up to P + 1"
 
-#: Designs that `buildable` looks at together.
+#: Designs that `buildable` processes together.
 _AT_ONCE = 2**14
+
+#: Sites of a lattice up to which it is remembered which bodies are in one piece.
+REMEMBERED = 64
 
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
 
 ABSENT, PASSIVE, ACTIVE = 0, 1, 2
 
-#: Of the smaller voxels of an active one; see `Design.refined`.
+#: How the smaller voxels of an active one expand; see `Design.refined`.
 EXPANSIONS = ("spherical", "uniform")
 
 
 class Design:
     """A robot on a lattice: one digit per site, 0 absent, 1 passive, 2 active (or more, by phase).
 
-    Site (x, y, z) has index i = x + nx (y + ny z), and a design the number sum of d_i 3^i, so that
-    the designs of the 2x2x2 lattice are 0 ... 6560. Designs are values: immutable, hashable, equal
-    where shape and digits are.
+    Site (x, y, z) has index i = x + nx (y + ny z), and a design has the number sum of d_i 3^i, so
+    the designs of the 2x2x2 lattice are 0 ... 6560. Designs are values: immutable, hashable, and
+    equal if their shapes and digits are.
 
     Parameters
     ----------
@@ -46,17 +49,17 @@ class Design:
         A number, a string or sequence of digits d_0 d_1 d_2 ..., or an array of shape (nx, ny, nz)
         indexed [x, y, z].
     shape : (int, int, int), optional
-        The lattice (nx, ny, nz), of at most a million sites. Taken from a 3-D array or a Design;
-        otherwise 2x2x2. ``Lattice.of(shape, phases=P)`` takes the digits 2 + p of voxels that are
-        active at phase p / P.
+        The lattice (nx, ny, nz), with at most a million sites. A 3-D array or a Design brings its
+        own; otherwise the default is 2x2x2. ``Lattice.of(shape, phases=P)`` allows the digits 2 + p
+        of voxels that are active at phase p / P.
 
     Raises
     ------
     TypeError
-        Where the design is not made of whole numbers.
+        If the design does not consist of whole numbers.
     ValueError
-        For a digit that the lattice has not, a number or length that does not fit the lattice, or a
-        shape that is no lattice.
+        If the lattice lacks a digit, the number or length does not fit the lattice, or the shape is
+        no lattice.
 
     Examples
     --------
@@ -87,7 +90,7 @@ class Design:
 
     @classmethod
     def _of(cls, digits: bytes, lattice: Lattice) -> Design:
-        """Make a design of digits already known to be good."""
+        """Make a design from digits that are known to be valid."""
         design = object.__new__(cls)
         object.__setattr__(design, "_digits", digits)
         object.__setattr__(design, "lattice", lattice)
@@ -112,7 +115,7 @@ class Design:
         return f"Design('{self.digits}'{'' if self.lattice == Lattice() else f', {shape=}'})"
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the robot as built, and its facts."""
+        """Return what a notebook shows: the robot as built, with its facts."""
         return as_html(self)
 
     @classmethod
@@ -124,17 +127,17 @@ class Design:
         Parameters
         ----------
         path : path
-            Ends in .json, as `save` writes it, or .vxa, VoxCad's: of that the body alone is read.
+            A .json file, as `save` writes it, or VoxCad's .vxa, of which only the body is read.
         materials : dict of int to int, optional
-            Of a .vxa: the digit that each material's number stands for, before its palette, where
-            a material with a coefficient of thermal expansion (CTE) other than 0 is active.
+            The digits for the material numbers of a .vxa. They override its palette, in which a
+            material with a coefficient of thermal expansion (CTE) other than 0 is active.
 
         Raises
         ------
         ValueError
-            For a file that holds no design; the message begins with its name.
+            If the file holds no design; the message begins with its name.
         OSError
-            For one that can't be read.
+            If the file can't be read.
         """
         array, lattice = design_files.load(Path(path), materials=materials)
         return cls(array, shape=lattice)
@@ -145,17 +148,17 @@ class Design:
         Parameters
         ----------
         path : path
-            Ends in .json, or in .vxa for VoxCad: that has the body, and two materials of which one
-            expands with temperature, but no mechanics.
+            A .json file, or a .vxa file for VoxCad: that has the body and two materials, one of
+            which expands with temperature, but no mechanics.
         force : bool
-            Whether a file that exists is replaced.
+            Whether to replace an existing file.
 
         Raises
         ------
         ValueError
-            For another ending, or a .vxa of a design of several phases, which it can't say.
+            If the ending is another, or the design has several phases, which a .vxa can't express.
         softvox_gym.files.OutputError
-            Where the file can't be written, or exists.
+            If the file can't be written, or exists.
         """
         design_files.save(Path(path), self.digits, self.lattice, force=force)
 
@@ -191,23 +194,23 @@ class Design:
 
     @property
     def kinds(self) -> NDArray[np.uint8]:
-        """The digits 0 absent, 1 passive, 2 active whatever the phase, shape (nx, ny, nz)."""
+        """The digits 0 absent, 1 passive, 2 active at any phase, shape (nx, ny, nz)."""
         return self.lattice.pumped(self.array)[0]
 
     @property
     def phase(self) -> NDArray[np.float64]:
-        """The phase of every voxel's actuation in cycles, shape (nx, ny, nz); 0 where passive."""
+        """The phase of every voxel's actuation in cycles, shape (nx, ny, nz); 0 if passive."""
         phase = self.lattice.pumped(self.array)[1]
         return np.zeros(self.shape) if phase is None else phase
 
     @property
     def components(self) -> tuple[tuple[int, ...], ...]:
-        """The sites of each piece that hangs together by faces, in order of the first."""
+        """The sites of each piece (voxels connected by faces), ordered by first site."""
         return _components(bytes(digit != ABSENT for digit in self._digits), self.lattice)
 
     @property
     def is_connected(self) -> bool:
-        """Whether the robot is one piece. The empty design is none."""
+        """Whether the robot is in one piece. The empty design is not."""
         return len(self.components) == 1
 
     def rotated(self, k: int = 1) -> Design:
@@ -216,7 +219,7 @@ class Design:
         Parameters
         ----------
         k : int
-            Quarter turns, counter-clockwise seen from above (+x goes to +y); where it is odd, the
+            Quarter turns, counter-clockwise seen from above (+x goes to +y). If k is odd, the
             lattice's shape becomes (ny, nx, nz).
         """
         return self._like(np.rot90(self.array, as_index(k)))
@@ -226,34 +229,34 @@ class Design:
         return self._like(self.array[::-1])
 
     def refined(self, factor: int, *, expansion: str = "spherical") -> Design:
-        """Build every voxel of factor^3 smaller ones.
+        """Build every voxel from factor^3 smaller ones.
 
         Parameters
         ----------
         factor : int
-            How many smaller voxels lie along an edge.
+            The number of smaller voxels along an edge.
         expansion : {"spherical", "uniform"}
-            Which of an active voxel's are active: the one in the middle, whose links to the six in
-            the middle of the faces then grow and shrink (an odd factor has one), or all.
+            Which smaller voxels of an active one are active: the middle one, whose links to the six
+            in the middle of the faces then grow and shrink (needs an odd factor), or all.
 
         Raises
         ------
         TypeError, ValueError
-            For a factor that is not a positive whole number, or an even one of spherical expansion,
-            an unknown expansion, or a lattice of too many sites.
+            If the factor is not a positive whole number, or is even with spherical expansion, the
+            expansion is unknown, or the lattice would have too many sites.
         """
         return self._like(refined(self.array, factor, expansion=expansion))
 
     def _like(self, array: NDArray[np.uint8]) -> Design:
-        """Return a design of as many phases."""
+        """Return a design with the same number of phases."""
         return Design(array, shape=Lattice.of(array.shape, phases=self.lattice.phases))
 
     def canonical(self, *, reflections: bool = True) -> Design:
-        """Return the one design that stands for all that look the same when turned (and mirrored).
+        """Return the representative of all designs equal to this when turned (and mirrored).
 
-        It has the smallest shape and then the smallest index. Gravity and the floor look the same
-        from every heading, so these travel equally far, but for what the beams' frames make of it
-        (a few thousandths of the way; more where a robot falls over).
+        It has the smallest shape and then the smallest index. Gravity and the floor are the same
+        for every heading, so these designs travel equally far, apart from the asymmetry of the
+        beams' frames (a few thousandths of the distance; more if a robot falls over).
 
         Parameters
         ----------
@@ -294,19 +297,19 @@ def refined(
 
 
 def called(design: Design) -> int | str:
-    """Return what people call a design: its number, and on another lattice its digits."""
+    """Return the usual name of a design: its number, or on other lattices its digits."""
     return design.index if design.lattice == Lattice() else design.digits
 
 
 def written(text: str, lattice: Lattice) -> Design:
-    """Return the design that a person wrote down, as a number or as the digits of all sites.
+    """Return the design that a text stands for: a number, or the digits of all sites.
 
-    As many characters as there are sites are digits.
+    A text with one character per site holds digits.
 
     Raises
     ------
     ValueError
-        Where it is neither.
+        If it is neither.
     """
     is_number = len(text) != lattice.sites and re.fullmatch("0|[1-9][0-9]*", text)
     try:
@@ -322,14 +325,14 @@ def written(text: str, lattice: Lattice) -> Design:
 
 
 def repeated(values: NDArray[Any], factor: int) -> NDArray[Any]:
-    """Return what holds of every voxel, shape (..., nx, ny, nz), for its factor^3 smaller ones."""
+    """Repeat values of voxels, shape (..., nx, ny, nz), for their factor^3 smaller ones."""
     for axis in (-3, -2, -1):
         values = np.repeat(values, factor, axis=axis)
     return values
 
 
 def as_html(value: Any) -> str | None:
-    """Return a design or a result as HTML; None where the package that draws them is missing."""
+    """Return a design or a result as HTML; None if the package that draws it is missing."""
     for entry in entry_points(group="softvox_gym.notebook"):
         html: str | None = entry.load()(value)
         return html
@@ -369,7 +372,7 @@ def _digits_of_array(values: ArrayLike, lattice: Lattice | None) -> tuple[bytes,
 
 
 def _as_array(values: Any) -> NDArray[Any]:
-    """Return anything like an array as one; what only looks like it is refused."""
+    """Return an array-like as an array; refuse bytes, text and ragged rows."""
     if isinstance(values, (bytes, bytearray, memoryview, str)):
         raise TypeError(
             f"designs must be whole numbers, got {type(values).__name__}; "
@@ -382,7 +385,7 @@ def _as_array(values: Any) -> NDArray[Any]:
 
 
 def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
-    """Return an array of design numbers; refuse objects that are no whole numbers."""
+    """Return an array of design numbers; refuse objects that are not whole numbers."""
     if array.dtype == object:
         for value in array.ravel().tolist():
             if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
@@ -399,9 +402,9 @@ def _known(lattice: Lattice) -> str:
 def checked_digits(
     values: ArrayLike, lattice: Lattice | None = None, *, what: str = "designs"
 ) -> NDArray[np.uint8]:
-    """Return digits as uint8, of a lattice's phases, else of one.
+    """Return digits as uint8, checked for a lattice, by default for one phase.
 
-    TypeError where they are no whole numbers, ValueError where they are none of the lattice's.
+    TypeError if they are not whole numbers, ValueError if the lattice lacks one.
     """
     lattice = lattice or Lattice()
     array = _as_array(values)
@@ -417,7 +420,6 @@ def checked_digits(
     return array.astype(np.uint8)
 
 
-@lru_cache(maxsize=65536)
 def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...]:
     waiting = {site for site, present in enumerate(occupied) if present}
     pieces = []
@@ -433,8 +435,16 @@ def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...
     return tuple(pieces)
 
 
+def _is_one(occupied: bytes, lattice: Lattice) -> bool:
+    """Return whether a body is in one piece; none is not."""
+    return len(_components(occupied, lattice)) == 1
+
+
+_is_known_as_one = lru_cache(maxsize=65536)(_is_one)
+
+
 class BodyFacts(NamedTuple):
-    """What the bodies of a batch of designs are like, each of shape (n,)."""
+    """Facts about the bodies of a batch of designs, each of shape (n,)."""
 
     n_voxels: NDArray[np.int64]
     n_active: NDArray[np.int64]
@@ -444,23 +454,25 @@ class BodyFacts(NamedTuple):
     def of(cls, rows: NDArray[Any], lattice: Lattice) -> BodyFacts:
         """Return the facts of designs given by their digits, shape (n, sites)."""
         occupied = rows != ABSENT
-        # Many designs share a body, whose components are remembered, whatever the phases.
+        # Many designs share a body, whatever the phases, so results for small bodies are cached.
         sites = Lattice(*lattice)
+        is_one: Any = _is_known_as_one if lattice.sites <= REMEMBERED else _is_one
         bodies = np.ascontiguousarray(occupied).view(np.dtype((np.void, lattice.sites)))
-        pieces = [len(_components(body, sites)) for body in bodies.ravel().tolist()]
         return cls(
             n_voxels=np.count_nonzero(occupied, axis=1).astype(np.int64),
             n_active=np.count_nonzero(rows >= ACTIVE, axis=1).astype(np.int64),
-            is_connected=np.array(pieces, dtype=np.int64) == 1,
+            is_connected=np.array(
+                [is_one(one, sites) for one in bodies.ravel().tolist()], np.bool_
+            ),
         )
 
 
 def actuators(design: Design) -> tuple[tuple[int, ...], ...]:
-    """Return the sites of each actuator group, in order of its first.
+    """Return the sites of each actuator, ordered by first site.
 
-    A group holds the active voxels of a slice (of equal z) that hang together by faces and share a
-    phase: in robots built of the paper's kit holes connect them, and they share their air. Slices
-    are bonded without holes.
+    An actuator is a group of active voxels of one slice (of equal z) that are connected by faces
+    and share a phase: in robots built from the paper's kit holes connect them, so they share their
+    air. Slices are bonded without holes.
 
     Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft
     2020, the protocol of building.
@@ -483,17 +495,17 @@ def actuators(design: Design) -> tuple[tuple[int, ...], ...]:
 def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
     """Return which designs the paper's kit can build, shape (n,).
 
-    Those in one piece, whose active voxels are joined through holes where they share a face within
-    a slice (of equal z), so that they are one actuator and share a phase (`actuators`), and each of
-    whose actuators has a voxel on the surface, for its inlet: a closed hollow is inside.
-    `softvox_gym.build.plan` tells why one can't be built.
+    A buildable design is in one piece. Active voxels that share a face within a slice (of equal z)
+    are joined through holes, so they must share a phase, as one actuator (`actuators`). Each
+    actuator must have a voxel on the surface, for its inlet; a closed hollow is not surface.
+    `softvox_gym.build.plan` reports why a design can't be built.
 
     Parameters
     ----------
     rows : ndarray, shape (n, sites)
         Digits.
     lattice : Lattice
-        Of several phases, or of one.
+        With one or several phases.
 
     Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft
     2020, the protocol of building.
@@ -505,16 +517,16 @@ def buildable(rows: NDArray[Any], lattice: Lattice) -> NDArray[np.bool_]:
     array([False,  True])
     """
     blocks = np.split(rows, range(_AT_ONCE, len(rows), _AT_ONCE))
-    # The designs last: numpy is slow over axes of two or three.
+    # Designs are the last axis: numpy is slow over axes of length two or three.
     stacks = (np.moveaxis(lattice.to_stack(one), 0, -1).copy() for one in blocks)
     has_actuators = [_has_actuators(stack) for stack in stacks]
     return BodyFacts.of(rows, lattice).is_connected & np.concatenate(has_actuators)
 
 
 def closed_hollows(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the absent sites that no way leads to from outside, both of shape (nx, ny, nz, n)."""
+    """Return the absent sites without a path from outside, both of shape (nx, ny, nz, n)."""
     absent = ~present
-    if min(present.shape[:3]) < 3:  # as of most designs: all is rim
+    if min(present.shape[:3]) < 3:  # the usual case: every site is on the rim
         return np.zeros_like(absent)
     rim = absent.copy()
     rim[1:-1, 1:-1, 1:-1] = False
@@ -522,7 +534,7 @@ def closed_hollows(present: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return whose active voxels make actuators as the kit has them, of shape (nx, ny, nz, n)."""
+    """Return which designs of a stack, (nx, ny, nz, n), have actuators that the kit can build."""
     if (closed := closed_hollows(stack != ABSENT)).any():
         stack = np.where(closed, PASSIVE, stack)
     active, around = stack >= ACTIVE, [_beside(stack, face) for face in FACES]
@@ -535,7 +547,7 @@ def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
 def _spread(
     begin: NDArray[np.bool_], within: NDArray[np.bool_], faces: Sequence[tuple[int, int, int]]
 ) -> NDArray[np.bool_]:
-    """Return which sites of a mask are reached from some of them, all of shape (nx, ny, nz, n)."""
+    """Return which sites of a mask are reached from some, all of shape (nx, ny, nz, n)."""
     made, reached = begin.copy(), 0
     while (count := int(made.sum())) > reached:
         reached = count
@@ -544,23 +556,23 @@ def _spread(
 
 
 def _beside(stack: NDArray[Any], face: tuple[int, int, int]) -> NDArray[Any]:
-    """Return what is on a face of every site, shape (nx, ny, nz, n); 0 outside the lattice."""
+    """Return the neighbour at a face of every site, shape (nx, ny, nz, n); 0 if outside."""
     padded = np.pad(stack, [(1, 1), (1, 1), (1, 1), (0, 0)])
     x, y, z = (slice(1 + d, 1 + d + n) for d, n in zip(face, stack.shape, strict=False))
     return padded[x, y, z]
 
 
 def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.uint8]:
-    """Bring a batch of designs into one array.
+    """Return a batch of designs as one array.
 
     Parameters
     ----------
     designs : Design, int, str, sequence of these, or array_like
         One design or many. A 1-D array or a list of ints holds design numbers, an (n, sites) array
-        rows of digits, an (n, nx, ny, nz) array digits indexed [x, y, z]. Anything that NumPy can
-        make an array of is one.
+        rows of digits, and an (n, nx, ny, nz) array digits indexed [x, y, z]. Anything that NumPy
+        can turn into an array is accepted.
     shape : (int, int, int), optional
-        The lattice of numbers and rows of digits; otherwise 2x2x2.
+        The lattice of numbers and rows of digits; by default 2x2x2.
 
     Returns
     -------
@@ -569,8 +581,8 @@ def stack_of(designs: Any, *, shape: Sequence[int] | None = None) -> NDArray[np.
     Raises
     ------
     TypeError, ValueError
-        As `Design` does, where the designs do not share one lattice, or for a flat row of as many
-        digits as the lattice has sites: it may be one design or many numbers.
+        As `Design` does, if the designs do not share one lattice, or for a flat row with as many
+        digits as the lattice has sites, which could be one design or many numbers.
     """
     return batch_of(designs, shape=shape)[0]
 
@@ -608,7 +620,7 @@ def batch_of(
 
 
 def _joined(designs: Sequence[Design]) -> tuple[NDArray[np.uint8], Lattice]:
-    """Return the stack and the lattice of designs; ValueError where they share none."""
+    """Return the stack and the lattice of designs; ValueError if they share none."""
     first, *others = dict.fromkeys(design.lattice for design in designs)
     if others:
         given = ", ".join(map(str, [first, *others]))
@@ -617,7 +629,7 @@ def _joined(designs: Sequence[Design]) -> tuple[NDArray[np.uint8], Lattice]:
 
 
 def _batch_array(designs: Any) -> NDArray[Any]:
-    """Return a batch as the array that it is, or as a row of objects."""
+    """Return a batch as an array, or as a row of objects."""
     if hasattr(designs, "__array__") or isinstance(designs, (bytes, bytearray, memoryview)):
         return _as_array(designs)
     try:
@@ -629,7 +641,7 @@ def _batch_array(designs: Any) -> NDArray[Any]:
 
 
 def _check_unambiguous(numbers: NDArray[Any], lattice: Lattice) -> None:
-    """Refuse a row that may be meant as the digits of one design."""
+    """Refuse a row that could be the digits of one design."""
     if numbers.size == lattice.sites > 1 and 0 <= numbers.min() <= numbers.max() < lattice.states:
         row = numbers.tolist()
         shown = row if len(row) <= 16 else f"a row of {len(row)} digits"

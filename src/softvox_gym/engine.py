@@ -1,4 +1,4 @@
-"""The one module that touches the C extension: checks what goes in, runs it on threads."""
+"""The only module that touches the C extension: it checks the inputs and runs the threads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def layout(struct: Any) -> np.dtype[Any]:
 #: One row per design, as the compiler laid it out.
 PARAMETERS = layout(ffi.typeof("sv_parameters"))
 
-# What Physics has per design, but for the strain, which is an array of its own.
+# The per-design parameters of Physics, except the strain, which is an array of its own.
 _EXPECTED = {spec.name for spec in SPECS if spec.per_design} - {"strain", "time_step_fraction"}
 if set(PARAMETERS.names or ()) != _EXPECTED | {"time_step"}:
     raise ImportError("softvox_gym._engine was built from another version: build it again")
@@ -46,7 +46,7 @@ if set(PARAMETERS.names or ()) != _EXPECTED | {"time_step"}:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """What a run needs, as the engine wants it: SI, C-contiguous, sites in index order."""
+    """The inputs of a run, as the engine needs them: SI, C-contiguous, sites in index order."""
 
     shape: tuple[int, int, int]
     digits: NDArray[np.uint8]  # (n, sites)
@@ -61,27 +61,22 @@ class Batch:
     track_samples: int
     frame_every: int
     frame_count: int
-    #: Whether to measure the pump's work; not of a run that pauses.
+    #: Whether to measure the pump's work; impossible in a run that pauses.
     energy: bool = False
-    #: Of a run that is resumed: steps taken by each design, (n,), -1 where it could not run.
+    #: For a resumed run: steps taken by each design, (n,), -1 if it could not run.
     resumed: NDArray[np.int32] | None = None
-
-    def duration_steps(self) -> NDArray[np.float64]:
-        """About how many steps each design takes, shape (n,)."""
-        with np.errstate(all="ignore"):
-            return np.asarray(self.parameters["duration"] / self.parameters["time_step"])
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """What a run gives, SI; NaN where a design never got there."""
+    """The outputs of a run, SI; NaN if a design never got there."""
 
     status: NDArray[np.int32]  # (n,)
     steps: NDArray[np.int32]  # (n,)
     start: NDArray[np.float64]  # (n, 3), centre of mass
     end: NDArray[np.float64]  # (n, 3)
     track: NDArray[np.float64]  # (n, track_samples, 3), from start
-    energy: NDArray[np.float64]  # (n,), J, where it was asked for
+    energy: NDArray[np.float64]  # (n,), J, if requested
     frames: NDArray[np.float64]  # (n, frame_count, sites, 8): position, quaternion wxyz, edge
 
 
@@ -102,12 +97,12 @@ def isa_names() -> list[str]:
 
 
 def isa_name(isa: str | None = None) -> str:
-    """Return the instruction set of a run: as asked for, as SOFTVOX_ISA says, or the widest.
+    """Return the instruction set of a run: the given one, that of SOFTVOX_ISA, or the widest.
 
     Raises
     ------
     ValueError
-        Where this machine does not run it.
+        If this machine does not run it.
     """
     name = (os.environ.get(ISA_VARIABLE) or isa_names()[-1]) if isa is None else isa
     if str(name).lower() not in _ISAS:
@@ -181,13 +176,13 @@ def _expect_done(code: int) -> None:
         raise RuntimeError(f"the engine refused a batch it had accepted (code {code})")
 
 
-#: Voxel-steps up to which the calling thread does the work itself: starting threads, and answering
-#: an interrupt meanwhile, does not pay for milliseconds.
+#: Up to this many voxel-steps the calling thread does the work itself: starting threads, and
+#: polling for interrupts, costs more than it gains for milliseconds of work.
 _SMALL_WORK = 200_000
 
 
 class _Planned:
-    """A batch seated on an instruction set, with its results."""
+    """A batch seated for an instruction set, with its results."""
 
     def __init__(self, batch: Batch, isa: str | None, seating: str, *, in_step: bool) -> None:
         n, sites = batch.digits.shape
@@ -215,7 +210,7 @@ class _Planned:
         self.voxels = int(np.count_nonzero(batch.digits))
 
     def workspace_bytes(self) -> int:
-        """Return what a thread that simulates it needs."""
+        """Return the memory that a thread needs to simulate it."""
         return int(lib.sv_workspace_bytes(self.c_batch, self.plan, self.isa, self.scratch))
 
     def drive(
@@ -226,7 +221,7 @@ class _Planned:
         progress: Progress | None = None,
         memory: int = 0,
     ) -> None:
-        """Let threads, each with so much memory, do call(shared) until all blocks are done."""
+        """Run call(shared) on threads, each with this much memory, until all blocks are done."""
         n = len(self.order)
         empty = n - int(np.count_nonzero(self.order[: self.plan.blocks] >= 0))
         shared = ffi.new("sv_progress *")
@@ -240,7 +235,7 @@ class _Planned:
             if progress is not None:
                 progress(shared.done + empty, n)
 
-        count = self.plan.blocks  # where it is one, how many processors there are is not asked for
+        count = self.plan.blocks  # for one thread, the number of processors is not queried
         if count > 1:
             count = min(default_threads() if threads is None else threads, count)
         if count == 1 and self.voxels * steps <= _SMALL_WORK:
@@ -263,17 +258,17 @@ def run(
     progress: Progress | None = None,
     seating: str = "by_time",
 ) -> Output:
-    """Simulate a batch: one crossing into C per thread.
+    """Simulate a batch, with one call into C per thread.
 
-    At most so many threads, `default_threads` where None, on one of `isa_names`; where that is
-    None, what SOFTVOX_ISA says, or the widest. progress(done, total) is called from the calling
-    thread now and then, and at the end. The seating of designs, "by_time", "all_apart" or
-    "all_across", changes the speed and no bit.
+    Uses at most `threads` threads, `default_threads` if None, on one of `isa_names`; by default
+    that of SOFTVOX_ISA, or the widest. The calling thread calls progress(done, total) from time to
+    time, and at the end. The seating of designs, "by_time", "all_apart" or "all_across", changes
+    the speed but no bit.
 
     Raises
     ------
     ValueError
-        Where an array is not what C expects, or the machine lacks the instruction set.
+        If an array is not what C expects, or the machine lacks the instruction set.
     KeyboardInterrupt
         When interrupted; the workers have then stopped.
     """
@@ -286,24 +281,25 @@ def run(
         )
         return code
 
-    steps = np.max(batch.duration_steps(), initial=0)
+    with np.errstate(all="ignore"):
+        steps = np.max(batch.parameters["duration"] / batch.parameters["time_step"], initial=0)
     made.drive(work, float(steps), threads, progress, size)
     return made.output
 
 
 def workspace_bytes(batch: Batch, *, isa: str | None = None) -> int:
-    """Return the memory that each thread of `run` asks for, beside the arrays of the batch."""
+    """Return the memory that each thread of `run` allocates, besides the arrays of the batch."""
     return _Planned(batch, isa, "by_time", in_step=False).workspace_bytes()
 
 
-#: What changes in a run, by name: the shape of each after (n, sites), or (n,) for the clock.
+#: The state of a run, by name: the shape of each part after (n, sites), or (n,) for the clock.
 STATE = {"clock": (lib.SV_CLOCK,), "voxel": (14,), "link": (3, 10), "surface": (4,)}
 
 
 class PausedRun:
-    """A batch that is simulated in pieces; its blocks live as long as it does.
+    """A batch that is simulated in pieces; its blocks live as long as the object.
 
-    Arguments as `run` has them. The batch's strain and phase may be written to between pieces.
+    Arguments as in `run`. Strain and phase of the batch may be written to between pieces.
     """
 
     def __init__(
@@ -316,7 +312,7 @@ class PausedRun:
     ) -> None:
         self._made = _Planned(batch, isa, seating, in_step=True)
         self._threads = threads
-        self._lock = threading.Lock()  # one piece at a time, whoever asks for it
+        self._lock = threading.Lock()  # one piece at a time, even if several threads call
         made = self._made
         facts = (made.c_batch, made.plan)
         sizes = [
@@ -328,21 +324,21 @@ class PausedRun:
         _expect_done(lib.sv_start(*facts, made.results, self._blocks, made.isa))
 
     def steer(self) -> None:
-        """Say that strain and phase have been changed, and may be again."""
+        """Announce that strain and phase have changed, and may change again."""
         self._made.c_batch.steered = 1
 
     @property
     def output(self) -> Output:
-        """The results so far, as `run` returns them at the end."""
+        """The results so far, in the form that `run` returns."""
         return self._made.output
 
     def advance(
         self, until: NDArray[np.float64] | None, steps: int, about: float | None = None
     ) -> None:
-        """Run on to each design's time, s, shape (n,), or to the end; at most so many steps.
+        """Run until each design's time, s, shape (n,), or the end; at most this many steps.
 
-        Designs of one time step, frequency and duration must have one time. About says how many
-        steps that is, where it is known better.
+        Designs with the same time step, frequency and duration must have the same time. `about` is
+        the number of steps, if the caller has a better estimate.
         """
         made = self._made
         pointer = ffi.NULL if until is None else _pointer(until, np.float64, (len(made.order),))
@@ -356,13 +352,13 @@ class PausedRun:
             made.drive(work, steps if about is None else about, self._threads)
 
     def state(self, *names: str) -> dict[str, NDArray[np.float64]]:
-        """Return copies of the parts of STATE named; NaN where there is no voxel or link."""
+        """Return copies of the named parts of STATE; NaN where there is no voxel or link."""
         arrays = {name: np.full(self._shape_of(name), np.nan) for name in names}
         self._copy(lib.sv_get_state, arrays)
         return arrays
 
     def resume(self, state: dict[str, NDArray[np.float64]]) -> None:
-        """Go on from a state that `state` returned of all parts; right after the start only."""
+        """Continue from a `state` of all parts; only possible right after the start."""
         self._copy(lib.sv_set_state, state)
 
     def _copy(self, function: Any, arrays: dict[str, NDArray[np.float64]]) -> None:
@@ -380,11 +376,12 @@ class PausedRun:
 
 
 def _drive(works: list[Callable[[], None]], report: Callable[[], None], shared: Any) -> int:
-    """Do the works on threads of their own, reporting on the way; interrupted, stop them first.
+    """Run each of `works` in a thread and report progress; on an interrupt, stop them first.
 
-    Returns how many threads there were: where the system refuses more, some do the work of all.
+    Returns the number of threads: if the system refuses more, the existing ones do all the work.
     """
-    # Events, as joining a thread anew after an interrupt of that may return before it has ended.
+    # Events, because joining a thread again after an interrupted join may return before it has
+    # ended.
     ended: list[threading.Event] = []
 
     def start(work: Callable[[], None]) -> None:

@@ -1,4 +1,4 @@
-"""Trying designs: nominally or under perturbations, once or repeatedly, without Gymnasium."""
+"""Evaluation of designs without Gymnasium: nominal or perturbed, in one or many trials."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from softvox_gym.tasks import Task
 Array: TypeAlias = NDArray[np.float64]
 Seed: TypeAlias = int | Sequence[np.random.Generator] | None
 
-#: Trials of all designs in one call; their tracks alone are some gigabytes.
+#: Most trials of all designs in one call; their tracks alone take gigabytes.
 MOST_TRIALS = 10**7
 
 #: The task of the paper.
@@ -33,7 +33,7 @@ SAMPLES_PER_CYCLE = 1
 
 
 def _cvar25(values: Array) -> Array:
-    """Return the mean of the worst quarter over the last axis; a value may count in part.
+    """Return the mean of the worst quarter over the last axis; one value may count partly.
 
     Source: R. T. Rockafellar, S. Uryasev, "Optimization of conditional value-at-risk", 2000.
     """
@@ -43,8 +43,8 @@ def _cvar25(values: Array) -> Array:
     return np.asarray((ordered * weights).sum(axis=-1) / quarter)
 
 
-#: One number for several values of one design, over the last axis: the mean, the smallest, the
-#: 10 % quantile (interpolated linearly), or the mean of the worst quarter.
+#: Functions that reduce the values of a design, over the last axis: the mean, the smallest, the 10
+#: % quantile (interpolated linearly), and the mean of the worst quarter.
 AGGREGATES: Mapping[str, Callable[[Array], Array]] = {
     "mean": lambda values: np.asarray(values.mean(axis=-1)),
     "min": lambda values: np.asarray(values.min(axis=-1)),
@@ -72,34 +72,34 @@ def standard_error(values: Array) -> Array:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Evaluation:
-    """What became of n designs, each tried k times.
+    """The results of n designs, each tried k times.
 
     Parameters
     ----------
     designs : ndarray of uint8, shape (n, nx, ny, nz)
-        The digits; of several phases, as they are.
+        The digits; with several phases, as given.
     fitness : ndarray, shape (n, k)
-        What the task rewards, as measured, voxel widths; 0 where the trial diverged.
+        The task's reward, as measured, voxel widths; 0 if the trial diverged.
     displacement : ndarray, shape (n, k, 3)
-        Voxel widths; NaN where it diverged.
+        Voxel widths; NaN if the trial diverged.
     track : ndarray, shape (n, k, samples, 3)
-        The centre of mass from its start, voxel widths; NaN where it diverged. It has as many
-        samples as the nominal actuation has cycles, and one: a longer track is cut, a shorter one
-        stays where it ended.
+        The centre of mass from its start, voxel widths; NaN if the trial diverged. The number of
+        samples is one more than the cycles of the nominal actuation: a longer track is cut, a
+        shorter one repeats its end.
     steps : ndarray of int64, shape (n, k)
         Time steps.
     aggregate : str
-        Which of `AGGREGATES` makes the value of a design.
+        The name in `AGGREGATES` of the function that gives the value of a design.
     result : Result or None
-        The simulation: a row per trial, or per design where trials can't differ; None where no
-        simulation was needed.
+        The simulation: a row per trial, or per design if trials can't differ; None if no simulation
+        was needed.
     task : Task
     energy : ndarray, shape (n, k), or None
-        The pump's work, J; NaN where it diverged. None where no objective asks for it.
+        The pump's work, J; NaN if the trial diverged. None unless an objective needs it.
     asked : tuple of str
-        Names of the objectives that were asked for.
+        Names of the requested objectives.
     phases : int
-        Of the designs' lattice.
+        Phases of the designs' lattice.
     """
 
     designs: NDArray[np.uint8]
@@ -124,7 +124,7 @@ class Evaluation:
 
     @property
     def lattice(self) -> Lattice:
-        """Of the designs."""
+        """The lattice of the designs."""
         return Lattice.of(self.designs.shape[1:], phases=self.phases)
 
     @property
@@ -141,9 +141,9 @@ class Evaluation:
 
     @cached_property
     def objectives(self) -> Array:
-        """The aggregate of every design's objectives, shape (n, m), in the order asked for.
+        """The aggregate of every design's objectives, shape (n, m), in the requested order.
 
-        More is better of each (docs/environments/objectives.md). m is 0 where none was asked for.
+        More is always better (docs/environments/objectives.md). m is 0 if none was requested.
         """
         values = self.objectives_of_trials
         if values.shape[1] == 1:
@@ -167,12 +167,12 @@ class Evaluation:
 
     @property
     def standard_error(self) -> Array:
-        """Of the mean fitness, shape (n,); NaN of a single trial."""
+        """The standard error of the mean fitness, shape (n,); NaN for a single trial."""
         return standard_error(self.fitness)
 
     @property
     def mean_displacement(self) -> Array:
-        """Mean of those that did not diverge, shape (n, 3), voxel widths; NaN where all did."""
+        """Mean over the trials that did not diverge, shape (n, 3), voxel widths; NaN if all did."""
         if self.fitness.shape[1] == 1:
             return self.displacement[:, 0].copy()
         is_ok = ~self.diverged[..., np.newaxis]
@@ -181,10 +181,10 @@ class Evaluation:
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
     def repeated(self, trials: int) -> Evaluation:
-        """Return the same for several trials that can't differ from the one there is.
+        """Return the evaluation for several trials that can't differ from the existing one.
 
-        They count as if all had been simulated, so that a budget means the same with and without
-        noise.
+        The trials count as if all had been simulated, so that a budget means the same with and
+        without noise.
         """
         if trials == 1:
             return self
@@ -214,40 +214,40 @@ def evaluate(
     isa: str | None = None,
     client: Any = None,
 ) -> Evaluation:
-    """Try designs, all trials in one crossing into C, or on the workers of a cluster.
+    """Evaluate designs: all trials in one call into C, or on the workers of a cluster.
 
     Parameters
     ----------
     designs : Design, int, str, sequence of these, or array_like
-        As `simulate` takes them.
+        As in `simulate`.
     physics : str, dict, Physics or Reality
         A preset's name, a dict of changes or a Physics, of single numbers; or a
-        `softvox_gym.Reality`, which may say more than that.
+        `softvox_gym.Reality`, which can specify more.
     shape : (int, int, int), optional
-        The lattice of design numbers and rows of digits; otherwise 2x2x2. Of several phases where
-        it is one of `Lattice.of(..., phases=P)`.
+        The lattice of design numbers and rows of digits; by default 2x2x2. For several phases, a
+        `Lattice.of(..., phases=P)`.
     task : str or Task
-        What is rewarded: `softvox_gym.Task("directed", heading=90.0)`, or the displacement.
+        What counts: the displacement, or `softvox_gym.Task("directed", heading=90.0)`, for example.
     perturbations : sequence of Perturbation
-        What differs from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
+        What varies from trial to trial, such as `softvox_gym.noise.Jakobi(level=1.0)` and
         `MeasurementNoise(sigma=0.1)`; they act one after another.
     trials : int
-        Per design. Without perturbations they can't differ, and one is simulated.
+        Trials per design. Without perturbations they can't differ, and only one is simulated.
     seed : int or sequence of Generator, optional
-        Of the perturbations: design i draws from ``default_rng(seed + i)``, which is what the
-        vector environment draws that was reset with this seed; or a generator for every design.
-        Different at every call where None.
+        Seed of the perturbations: design i draws from ``default_rng(seed + i)``, exactly as in a
+        vector environment that was reset with this seed. Or a generator for every design. By
+        default different at every call.
     aggregate : {"mean", "min", "q10", "cvar25"}
-        Of the fitness values, what `Evaluation.value` is, and of each objective's; see
+        How the values of the trials become `Evaluation.value`, and those of each objective; see
         `AGGREGATES`.
     objectives : sequence of str, optional
-        What `Evaluation.objectives` has, in this order: some of "displacement", "voxels",
+        The columns of `Evaluation.objectives`, in this order: some of "displacement", "voxels",
         "actuators", "energy", "straightness", "stability" and "heading".
     frames, threads, isa
-        As `simulate` takes them; the frames are those of `Evaluation.result`.
+        As in `simulate`; the frames are in `Evaluation.result`.
     client : object, optional
-        A `distributed.Client`, or whatever has submit and gather: workers of its cluster do it in
-        chunks, on one thread each, to the same bits. Generators must then differ.
+        A `distributed.Client`, or any object with submit and gather: workers of its cluster do the
+        work in chunks, on one thread each, to the same bits. Generators must then differ.
 
     Returns
     -------
@@ -256,9 +256,9 @@ def evaluate(
     Raises
     ------
     TypeError, ValueError
-        For designs or arguments that do not fit, naming the argument. Nothing was drawn then.
+        If an argument does not fit; the message names it, and nothing has been drawn.
     RuntimeError
-        Where a worker's engine gives other bits.
+        If a worker's engine gives other bits.
 
     Examples
     --------
@@ -326,9 +326,9 @@ def measure(
     perturbations: Sequence[Perturbation],
     generators: Sequence[np.random.Generator],
 ) -> None:
-    """Measure fitness values in place, shape (n, k); those that diverged stay as they are.
+    """Measure fitness values in place, shape (n, k); those of diverged trials do not change.
 
-    Draws for every design, shape (k,), from its own generator.
+    Each design's errors, shape (k,), come from its own generator.
     """
     for row, lost, rng in zip(fitness, diverged, generators, strict=True):
         measured = row
@@ -338,7 +338,7 @@ def measure(
 
 
 def _perturbations(given: Sequence[Perturbation]) -> list[Perturbation]:
-    """Return what was given where it is a sequence of perturbations."""
+    """Return the argument if it is a sequence of perturbations, else raise TypeError."""
     perturbations = list(given) if isinstance(given, Sequence) else [None]
     for one in perturbations:
         methods = (getattr(one, name, None) for name in ("disturb", "measure"))

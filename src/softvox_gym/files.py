@@ -109,7 +109,7 @@ def write_folder(path: Path, contents: Mapping[str, bytes | str], *, force: bool
 @contextlib.contextmanager
 def _temporary(folder: Path, path: Path) -> Iterator[Path]:
     """Yield an unused hidden name, and leave nothing there unless it has nowhere else to go."""
-    temporary = folder / f".{path.name[:80]}.partial-{secrets.token_hex(6)}"
+    temporary = folder / f".{path.name[:40]}.partial-{secrets.token_hex(6)}"  # below 255 bytes
     is_stranded = False
     try:
         yield temporary
@@ -123,7 +123,8 @@ def _temporary(folder: Path, path: Path) -> Iterator[Path]:
         if temporary.is_dir() and not is_stranded:
             shutil.rmtree(temporary, ignore_errors=True)
         elif not is_stranded:
-            temporary.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                temporary.unlink()
 
 
 def _write(path: Path, content: bytes) -> None:

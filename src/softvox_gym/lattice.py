@@ -1,4 +1,4 @@
-"""The lattice: how many sites there are, how they are numbered, and how designs are."""
+"""The lattice: its sites, their numbering, and the numbering of designs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Sites of the largest lattice. Larger ones would need gigabytes before the first step.
+#: Sites of the largest lattice. A larger one would need gigabytes before the first step.
 MAX_SITES = 10**6
 
 #: Design numbers up to here are int64; larger ones are Python ints in arrays of objects.
@@ -19,7 +19,7 @@ _LARGEST = np.iinfo(np.int64).max
 #: A digit is one character.
 MOST_PHASES = 8
 
-#: What leads to the six sites around one; the first four are level.
+#: Offsets to the six neighbours of a site; the first four are horizontal.
 FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 
 
@@ -30,14 +30,14 @@ class Lattice(NamedTuple):
     1 passive, 2 active), and its number is the sum of digit_i 3^i. A lattice equals the tuple of
     its sides.
 
-    One of P phases (`Lattice.of`) has designs whose active voxels differ in when they are pumped:
-    digit 2 + p is active, p / P cycles ahead; numbers are then sums of digit_i (2 + P)^i. It equals
-    lattices of as many phases alone.
+    With P phases (`Lattice.of`) active voxels may be pumped at different times: digit 2 + p is
+    active, p / P cycles ahead, and numbers are sums of digit_i (2 + P)^i. Such a lattice equals
+    only lattices with as many phases.
 
     Parameters
     ----------
     nx, ny, nz : int
-        Use `Lattice.of` for sides that need to be checked.
+        The sides, unchecked; `Lattice.of` checks them.
 
     Examples
     --------
@@ -60,13 +60,13 @@ class Lattice(NamedTuple):
         ----------
         shape : sequence of int
         phases : int, optional
-            How many an active voxel can have; those of the shape where that is a lattice, else 1.
+            How many phases an active voxel can have; by default those of a Lattice as shape, or 1.
 
         Raises
         ------
         TypeError, ValueError
-            Where these are not three positive whole numbers, the lattice has more than a million
-            sites, or the phases are no whole number from 1 to 8.
+            If the sides are not three positive whole numbers, the lattice has more than a million
+            sites, or the phases are not a whole number from 1 to 8.
         """
         try:
             nx, ny, nz = (as_index(side) for side in shape)
@@ -92,7 +92,7 @@ class Lattice(NamedTuple):
 
     @classmethod
     def named(cls, text: str) -> Lattice:
-        """Return the lattice whose `str` is a text."""
+        """Return the lattice whose `str` is this text."""
         *phased, sides = text.split("-phase ")
         return cls.of([int(side) for side in sides.split("x")], phases=int("".join(phased) or 1))
 
@@ -118,7 +118,7 @@ class Lattice(NamedTuple):
 
     @property
     def has_int64_numbers(self) -> bool:
-        """Whether every design's number fits into an int64, as of one phase on up to 39 sites."""
+        """Whether every design's number fits into an int64: with one phase, up to 39 sites."""
         return self.sites <= 39 and self.n_designs - 1 <= _LARGEST
 
     def __str__(self) -> str:
@@ -127,8 +127,8 @@ class Lattice(NamedTuple):
     def digits(self, numbers: ArrayLike) -> NDArray[np.uint8]:
         """Return the digits, uint8 of shape (..., sites), of designs given by their numbers.
 
-        Numbers of shape (...) are Python ints (dtype object) where they exceed int64; ValueError
-        for one that no design of the lattice has.
+        Numbers of shape (...) are Python ints (dtype object) if they exceed int64. ValueError if no
+        design of the lattice has a number.
         """
         array = np.asarray(numbers)
         for extreme in (array.min(), array.max()) if array.size else ():
@@ -147,7 +147,7 @@ class Lattice(NamedTuple):
     def numbers(self, rows: ArrayLike) -> NDArray[Any]:
         """Return the numbers, shape (...), of designs given by their digits, shape (..., sites).
 
-        They are int64; Python ints (dtype object) on lattices with more designs than that counts.
+        They are int64, or Python ints (dtype object) if the lattice has more designs than int64.
         """
         array = np.asarray(rows)
         if self.has_int64_numbers:
@@ -159,12 +159,12 @@ class Lattice(NamedTuple):
         return made.reshape(array.shape[:-1])
 
     def to_stack(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Turn values in the order of sites, shape (..., sites), into (..., nx, ny, nz)."""
+        """Reshape values in the order of sites, shape (..., sites), to (..., nx, ny, nz)."""
         split = rows.reshape(*rows.shape[:-1], self.nz, self.ny, self.nx)
         return split.swapaxes(-1, -3)
 
     def to_rows(self, stack: NDArray[Any]) -> NDArray[Any]:
-        """Turn values indexed [..., x, y, z] into the order of sites, shape (..., sites)."""
+        """Reshape values indexed [..., x, y, z] to the order of sites, shape (..., sites)."""
         flat = np.ascontiguousarray(stack.swapaxes(-1, -3))
         return flat.reshape(*stack.shape[:-3], self.sites)
 
@@ -173,14 +173,14 @@ class Lattice(NamedTuple):
         return rng.integers(self.states, size=(n, self.sites))
 
     def pumped(self, digits: NDArray[Any]) -> tuple[NDArray[np.uint8], NDArray[np.float64] | None]:
-        """Return what the engine takes of digits of any shape, as `simulate` does.
+        """Return the kinds and phases of digits of any shape, as the engine needs them.
 
         Returns
         -------
         kinds : ndarray of uint8
             The digits 0 absent, 1 passive, 2 active.
         phase : ndarray, or None
-            Cycles, 0 where not active; None on a lattice of one phase.
+            Cycles, 0 if not active; None on a lattice of one phase.
         """
         if self.phases == 1:
             return digits.astype(np.uint8, copy=False), None
@@ -201,7 +201,7 @@ class Lattice(NamedTuple):
                 yield i + nx * (j + ny * k)
 
     def _check(self, number: int) -> None:
-        # By length first: 3^sites of a large lattice takes a while to compute.
+        # Length first: 3^sites of a large lattice takes a while to compute.
         most_bits = log2(self.states) * self.sites + 1
         if number < 0 or number.bit_length() > most_bits or number >= self.n_designs:
             last = self.n_designs - 1 if self.sites <= 40 else f"{self.states}^{self.sites} - 1"
@@ -217,7 +217,7 @@ class PhasedLattice(Lattice):
     _phases: int
 
     def __new__(cls, nx: int, ny: int, nz: int, phases: int) -> PhasedLattice:
-        """Make one of sides and phases that are known to be good."""
+        """Make a lattice from sides and phases that are known to be valid."""
         lattice = super().__new__(cls, nx, ny, nz)
         lattice._phases = phases
         return lattice

@@ -1,8 +1,8 @@
-"""What differs from one trial of a real robot to the next, and how much of it is assumed.
+"""Noise: the assumed variation from one trial of a real robot to the next.
 
 Source: N. Jakobi, P. Husbands, I. Harvey, "Noise and the reality gap: the use of simulation in
-evolutionary robotics", ECAL 1995: noise of about the real amount keeps evolution from praising
-designs for what only the simulator has.
+evolutionary robotics", ECAL 1995: noise of about the real amount keeps evolution from exploiting
+features that only the simulator has.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from softvox_gym.lattice import Lattice
 from softvox_gym.physics import Physics
 from softvox_gym.portable import cos_sin, direction, exp, normal
+from softvox_gym.simulation import check_number
 
 Array = NDArray[np.float64]
 
-#: A frequency is kept within so many standard deviations, and above this share of the nominal.
+#: Frequencies stay within this many standard deviations, and above this share of the nominal.
 FREQUENCY_DEVIATIONS = 5.0
 LEAST_FREQUENCY = 0.1
 
@@ -34,13 +35,13 @@ class Trials:
     Parameters
     ----------
     nominal : Physics
-        What holds where nothing else is said.
+        The parameters that do not vary.
     values : mapping of str to ndarray, shape (k,), for gravity (k, 3)
         Parameters of the physics that differ from trial to trial.
     strain : ndarray, shape (k, cycles, nx, ny, nz)
-        Amplitude of every voxel, cycle by cycle; the last holds on.
+        Amplitude of every voxel, cycle by cycle; later cycles repeat the last.
     phase : ndarray, shape (k, nx, ny, nz)
-        Of every voxel's actuation, cycles.
+        Phase of every voxel's actuation, cycles.
     """
 
     nominal: Physics
@@ -50,7 +51,7 @@ class Trials:
 
     @classmethod
     def of(cls, physics: Physics, lattice: Lattice, k: int) -> Trials:
-        """Return k trials under the physics as it stands."""
+        """Return k trials under the unchanged physics."""
         strain = np.full((k, 1, *lattice), float(physics.strain))
         return cls(physics, {}, strain, np.zeros((k, *lattice)))
 
@@ -84,22 +85,22 @@ class Trials:
 
     @property
     def physics(self) -> Physics:
-        """The nominal physics with the parameters of the trials in place of its own."""
+        """The nominal physics with the parameters of the trials."""
         values: dict[str, Any] = dict(self.values)
         return replace(self.nominal, **values)
 
 
 def held(strain: Array, cycles: int) -> Array:
-    """Return the amplitudes for so many cycles at least; the last is held."""
+    """Return the amplitudes for at least this many cycles, repeating the last."""
     missing = max(cycles - strain.shape[1], 0)
     return np.concatenate([strain, np.repeat(strain[:, -1:], missing, axis=1)], axis=1)
 
 
 class Perturbation(Protocol):
-    """What differs from trial to trial, as `softvox_gym.evaluate` takes it.
+    """Something that differs from trial to trial, for `softvox_gym.evaluate`.
 
-    Both methods draw from the design's own generator, so that a design's trials do not depend on
-    which others are evaluated with it.
+    Both methods draw from the design's own generator, so a design's trials do not depend on the
+    other designs of the batch.
     """
 
     def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
@@ -107,7 +108,7 @@ class Perturbation(Protocol):
         ...
 
     def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
-        """Return what is measured of fitness values, shape (k,), voxel widths."""
+        """Return measured values of fitness values, shape (k,), voxel widths."""
         ...
 
 
@@ -121,7 +122,7 @@ class Source(NamedTuple):
         Its amount at level 1.
     about : str
     draw : callable (rng, trials, cycles) -> ndarray
-        Random numbers, the same whatever the amount is.
+        Random numbers that do not depend on the amount.
     apply : callable (trials, draws, amount) -> Trials
     """
 
@@ -132,14 +133,14 @@ class Source(NamedTuple):
     apply: Callable[[Trials, Any, float], Trials]
 
 
-#: In the order in which they draw. A new one goes to the end: it then changes no other's draws.
+#: In drawing order. Add a new source at the end, so that it changes no other's draws.
 SOURCES: list[Source] = []
 
 
 def _source(
     name: str, default: float, about: str, draw: Callable[[np.random.Generator, Trials, int], Any]
 ) -> Callable[[Callable[[Trials, Any, float], Trials]], None]:
-    """Make a `Source` of the function that applies it."""
+    """Register the decorated function, which applies the noise, as a `Source`."""
     return lambda apply: SOURCES.append(Source(name, default, about, draw, apply))
 
 
@@ -158,7 +159,7 @@ def _per_trial(rng: np.random.Generator, trials: Trials, cycles: int) -> Array:
     _per_voxel,
 )
 def _strain(trials: Trials, draws: Array, amount: float) -> Trials:
-    # An actuator may fail to inflate, but it does not suck.
+    # An actuator may fail to inflate, but it does not apply suction.
     factor = np.maximum(1 + amount * draws, 0.0)
     return trials.changed(strain=trials.strain * factor[:, np.newaxis])
 
@@ -253,12 +254,12 @@ def _inset(text: str, by: int = 4) -> str:
 
 @dataclass(frozen=True, init=False)
 class Jakobi:
-    """Noise on what a real robot and its floor have differently each time, drawn for every trial.
+    """Noise on the properties of a real robot and its floor, drawn anew for every trial.
 
     Parameters
     ----------
     level : float
-        0 is no noise, 1 the assumed real variability, 2 double it.
+        0 is no noise, 1 the assumed real variability, 2 twice that.
     **amounts
         At level 1:
 
@@ -267,14 +268,14 @@ class Jakobi:
     Raises
     ------
     TypeError, ValueError
-        For an unknown source of noise, a level or an amount that is not a finite number of at
-        least 0, or a leak above 1.
+        If a source of noise is unknown, a level or an amount is not a finite number of at least 0,
+        or a leak is above 1.
 
     Notes
     -----
-    Every source draws the same random numbers whatever the amounts are, so that a level or a
-    source can be changed with everything else equal. The duration of a run stays, so that a
-    faster actuation has more cycles.
+    Every source draws the same random numbers whatever the amounts are, so you can change a level
+    or a source with everything else equal. The duration of a run is fixed, so a faster actuation
+    has more cycles.
     """
 
     level: float
@@ -296,11 +297,11 @@ class Jakobi:
         object.__setattr__(self, "amounts", checked)
 
     def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
-        """Return the trials with every source drawn anew; at level 0 as they are."""
+        """Return the trials with every source drawn anew; at level 0 unchanged."""
         if not self.level:
             return trials
         amounts = {name: self.level * amount for name, amount in self.amounts.items()}
-        # For as many cycles of actuation as the fastest has.
+        # For as many cycles of actuation as the fastest trial has.
         fastest = 1 + FREQUENCY_DEVIATIONS * amounts["frequency"]
         cycles = ceil(float(trials.nominal.cycles) * fastest) + 1
         for source in SOURCES:
@@ -309,13 +310,13 @@ class Jakobi:
         return trials
 
     def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
-        """Return the fitness as it is."""
+        """Return the fitness unchanged."""
         return fitness
 
 
 @dataclass(frozen=True)
 class MeasurementNoise:
-    """A normal error on the measured fitness alone; the robot travels as it would.
+    """A normally distributed error on the measured fitness; the robot's motion is unchanged.
 
     Parameters
     ----------
@@ -325,7 +326,7 @@ class MeasurementNoise:
     Raises
     ------
     TypeError, ValueError
-        For a sigma that is not a finite number of at least 0.
+        If sigma is not a finite number of at least 0.
     """
 
     sigma: float
@@ -334,11 +335,11 @@ class MeasurementNoise:
         object.__setattr__(self, "sigma", not_negative("sigma", self.sigma))
 
     def disturb(self, trials: Trials, rng: np.random.Generator) -> Trials:
-        """Return the trials as they are."""
+        """Return the trials unchanged."""
         return trials
 
     def measure(self, fitness: Array, rng: np.random.Generator) -> Array:
-        """Return the fitness with an error on every value; nothing is drawn where sigma is 0."""
+        """Return the fitness with an error on every value; nothing is drawn if sigma is 0."""
         return fitness + self.sigma * normal(rng, fitness.shape) if self.sigma else fitness
 
 
@@ -359,12 +360,12 @@ def tilted(gravity: Array, tilt: Array, downhill: Array) -> Array:
     tilt : ndarray, shape (k,)
         Radians.
     downhill : ndarray, shape (2, k)
-        Horizontal unit vector (x, y) of the direction that goes down.
+        Horizontal unit vector (x, y) of the downhill direction.
 
     Notes
     -----
-    Turns gravity in the plane of the vertical and the downhill direction, so that gravity along -z
-    gets a part downhill. What is across that plane stays.
+    Rotates gravity in the plane of the vertical and the downhill direction, so that gravity along
+    -z gets a downhill component. The component across that plane does not change.
     """
     cosine, sine = cos_sin(tilt)
     x, y = downhill
@@ -380,12 +381,9 @@ def not_negative(name: str, value: object) -> float:
     Raises
     ------
     TypeError, ValueError
-        For anything else, naming it.
+        If it is not; the message names it.
     """
-    numbers = (int, float, np.integer, np.floating)
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
-        raise TypeError(f"{name} must be a number, got {value!r}")
-    number = float(value)
+    number = check_number(name, value)
     if not 0 <= number < np.inf:
         raise ValueError(f"{name} must be finite and at least 0, got {value}")
     return number

@@ -1,4 +1,4 @@
-"""What a design is worth on several counts: the objectives, of which more is always better."""
+"""Objectives: measures of a design, of which more is always better."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Tried(NamedTuple):
-    """What objectives are computed from: n designs, each tried k times; diverged trials are 0."""
+    """The inputs of objectives: n designs, each tried k times; diverged trials are 0."""
 
     designs: NDArray[np.uint8]  #: (n, nx, ny, nz) digits
     task: Task
@@ -35,10 +35,10 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True)
 class Objective:
-    """An objective: its name, its unit, whether it is a cost, its least and most, its definition.
+    """An objective: its name, its unit, whether it is a cost, its bounds, its definition.
 
-    A cost enters with a minus, so that more is better of every objective. The function returns
-    what each trial is worth, shape (n, k), with that sign.
+    A cost is negated, so that more is better for every objective. The function returns the value of
+    each trial, shape (n, k), with that sign.
     """
 
     name: str
@@ -56,7 +56,7 @@ OBJECTIVES: dict[str, Objective] = {}
 def _objective(
     name: str, unit: str, about: str, *, is_cost: bool = False, low: float = -np.inf, high: float
 ) -> Callable[[Callable[[Tried], Array]], None]:
-    """Make an `Objective` of the function that computes it."""
+    """Register the decorated function as an `Objective`."""
 
     def enter(values: Callable[[Tried], Array]) -> None:
         OBJECTIVES[name] = Objective(name, unit, is_cost, low, high, about, values)
@@ -125,7 +125,7 @@ def _heading(tried: Tried) -> Array:
 
 
 def _cost_of(counted: NDArray[np.bool_], tried: Tried) -> Array:
-    """Return 0 less how many sites of each design count, for every trial."""
+    """Return minus the number of counted sites of each design, for every trial."""
     counts = np.count_nonzero(counted, axis=(1, 2, 3)).astype(np.float64)
     return np.repeat(0.0 - counts[:, np.newaxis], tried.fitness.shape[1], axis=1)
 
@@ -136,7 +136,7 @@ def _lengths(vectors: Array) -> Array:
 
 
 def _share(part: Array, whole: Array, is_defined: NDArray[np.bool_]) -> Array:
-    """Return part / whole, at most 1, and 0 where that is not defined."""
+    """Return part / whole, at most 1, and 0 where it is undefined."""
     return np.where(is_defined, np.minimum(part / np.where(is_defined, whole, 1.0), 1.0), 0.0)
 
 
@@ -146,7 +146,7 @@ def objectives_of(names: Sequence[str]) -> tuple[Objective, ...]:
     Raises
     ------
     TypeError, ValueError
-        For what is no sequence of names, an unknown name, a name twice, or none at all.
+        If it is no sequence of names, is empty, or has an unknown or repeated name.
     """
     known = ", ".join(OBJECTIVES)
     if isinstance(names, str) or not isinstance(names, Sequence):

@@ -1,4 +1,4 @@
-"""A simulation that pauses: advanced in pieces, looked at, steered, kept and gone on with."""
+"""A simulation that can pause: advanced in pieces, inspected, steered, saved and continued."""
 
 from __future__ import annotations
 
@@ -16,25 +16,32 @@ from softvox_gym import engine
 from softvox_gym.lattice import Lattice
 from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import MOST, Physics
-from softvox_gym.simulation import check_count, check_threads, phase_rows, prepared, strain_rows
+from softvox_gym.simulation import (
+    check_count,
+    check_number,
+    check_threads,
+    phase_rows,
+    prepared,
+    strain_rows,
+)
 
 #: How a saved simulation begins; another format has another number.
 MAGIC = b"softvox simulation 1\n"
 
-#: Cycles from which on a double no longer tells parts of a turn.
+#: Cycles from which a double can no longer represent fractions of a turn.
 MOST_TURNS = 2.0**50
 
 # Columns of the clock, as softvox.h has them.
 _TIME, _STEP, _MEASURING, _ENDED, _TORN = 0, 1, 3, 4, 5
 _START, _CENTRE = slice(7, 10), slice(10, 13)
 
-# Of `engine.Output`, what there is of a run without track and frames.
+# The parts of `engine.Output` that a run without track and frames has.
 _RESULTS = ("status", "steps", "start", "end")
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where everything is, and how it moves. NaN where a site is empty.
+    """Positions and velocities of all voxels; NaN where a site is empty.
 
     Parameters
     ----------
@@ -70,12 +77,12 @@ class State:
 
     @property
     def relative_position(self) -> NDArray[np.float64]:
-        """Position from the centre of mass, m, shape (n, nx, ny, nz, 3)."""
+        """Position relative to the centre of mass, m, shape (n, nx, ny, nz, 3)."""
         return np.asarray(self.position - self.centre[:, np.newaxis, np.newaxis, np.newaxis])
 
     @property
     def relative_velocity(self) -> NDArray[np.float64]:
-        """Velocity less the mean velocity of the body, m/s, shape (n, nx, ny, nz, 3)."""
+        """Velocity minus the mean velocity of the body, m/s, shape (n, nx, ny, nz, 3)."""
         there = np.isfinite(self.edge)[..., np.newaxis]
         total = np.sum(self.velocity, axis=(1, 2, 3), where=there, keepdims=True)
         voxels = np.maximum(np.sum(there, axis=(1, 2, 3), keepdims=True), 1)
@@ -83,16 +90,16 @@ class State:
 
 
 class Simulation:
-    """A batch of designs that is simulated piece by piece.
+    """A batch of designs that you simulate piece by piece.
 
-    Advanced in any pieces, on any machine, it gives the bits of one run of `simulate`. Between
-    pieces strain and phase may change, so that a controller can steer; and it can be kept as bytes
-    or pickled, copied so, and gone on with elsewhere.
+    However it is divided into pieces, and on any machine, it gives the bits of one run of
+    `simulate`. Strain and phase may change between pieces, so that a controller can steer. You can
+    save it as bytes or pickle it, also to copy it, and continue it elsewhere.
 
     Parameters
     ----------
     designs, physics, strain, phase, threads, isa
-        As `simulate` takes them.
+        As in `simulate`.
 
     Raises
     ------
@@ -126,14 +133,14 @@ class Simulation:
 
     def _start(self, threads: int | None, isa: str | None) -> None:
         n = len(self)
-        self.designs = self.designs.copy()  # what the engine reads stays its own
+        self.designs = self.designs.copy()  # private copies for the engine to read
         self.designs.setflags(write=False)
         if self._batch.phase is None:
             zeros = np.zeros(self._batch.digits.shape)
             self._batch = engine.Batch(**{**vars(self._batch), "phase": zeros})
         self._threads, self._isa, self._steered = threads, isa, False
         self._run = engine.PausedRun(self._batch, threads=threads, isa=isa)
-        # Each design's whole cycles are counted from here: s, and how many so far.
+        # Where counting of each design's whole cycles began, s, and how many have passed.
         self._counted_from = np.full(n, float(self.physics.settle_time))
         self._cycles = np.zeros(n)
 
@@ -155,28 +162,28 @@ class Simulation:
         strain: ArrayLike | None = None,
         phase: ArrayLike | None = None,
     ) -> None:
-        """Run on, by some cycles, or some steps, or to a time; no further than the end.
+        """Advance by some cycles or steps, or to a time, at most to the end.
 
         Parameters
         ----------
         cycles : float
-            Each design stops at the first step past so many more cycles of its own. They are
-            counted from the end of settling, and without drift, as long as nothing else is asked
-            for in between; the first piece settles, too.
+            Each design stops at the first step after this many more of its own cycles. They are
+            counted from the end of settling, without drift, as long as all pieces are given in
+            cycles; the first piece includes settling.
         steps : int
             Time steps.
         until : float
-            Time, s: each design stops at its first step past it. Infinity is the end.
+            Time, s: each design stops at its first step after it. Infinity is the end.
         strain : array_like, shape (n, nx, ny, nz), optional
-            Amplitude of every voxel from now on, in place of what was; as it was where None.
+            New amplitude of every voxel from now on; unchanged by default.
         phase : array_like, shape (n, nx, ny, nz), optional
-            Phase of every voxel in cycles from now on, likewise.
+            New phase of every voxel in cycles from now on; unchanged by default.
 
         Raises
         ------
         TypeError, ValueError
-            Where not exactly one of cycles, steps and until is given, or one is not a number that
-            it can be; for strain and phase as `simulate` does.
+            If not exactly one of cycles, steps and until is given, or its value is invalid; for
+            strain and phase as `simulate` does.
         """
         given = {"cycles": cycles, "steps": steps, "until": until}
         if sum(value is not None for value in given.values()) != 1:
@@ -212,11 +219,11 @@ class Simulation:
         self._run.advance(times, MOST, about=float(np.nanmax(left, initial=0.0)) + 1)
 
     def _end_of(self, cycles: float) -> NDArray[np.float64]:
-        """Return when so many more cycles end, by design."""
+        """Return when this many more cycles end, for each design."""
         frequency = self._batch.parameters["frequency_hz"]
         time = self._clock[:, _TIME]
         asked = self._counted_from + self._cycles / frequency
-        # A design that was brought elsewhere counts from where it is.
+        # A design that was advanced in another way counts from where it is.
         elsewhere = (time > asked + self._batch.parameters["time_step"]) | (
             (self._cycles > 0) & (time <= asked)
         )
@@ -231,7 +238,7 @@ class Simulation:
 
     @property
     def state(self) -> State:
-        """Where everything is now, and how it moves."""
+        """The current positions and velocities."""
         parts = self._run.state("clock", "voxel")
         clock = parts["clock"]
         lattice = Lattice(*self.designs.shape[1:])
@@ -249,7 +256,7 @@ class Simulation:
 
     @property
     def ended(self) -> NDArray[np.bool_]:
-        """Which designs have come to the end of their duration, shape (n,)."""
+        """Which designs have reached the end of their duration, shape (n,)."""
         return np.asarray(self._clock[:, _ENDED] != 0)
 
     @property
@@ -265,10 +272,10 @@ class Simulation:
 
     @property
     def displacement(self) -> NDArray[np.float64]:
-        """How far the centre of mass is from where it was at the end of settling, shape (n, 3).
+        """Displacement of the centre of mass since the end of settling, shape (n, 3).
 
-        In voxel widths; NaN while settling and where diverged, 0 for the empty design. At the end
-        it is what `simulate` returns.
+        In voxel widths; NaN during settling and if the design diverged, 0 for the empty design. At
+        the end it equals that of `simulate`.
         """
         clock = self._clock
         moved = np.asarray((clock[:, _CENTRE] - clock[:, _START]) / self.physics.edge)
@@ -286,26 +293,28 @@ class Simulation:
         return np.asarray(np.sqrt(displacement[:, 0] ** 2 + displacement[:, 1] ** 2))
 
     def take(self, which: Sequence[int] | NDArray[np.intp]) -> Simulation:
-        """Return a simulation of some of the designs, as far as they are; this one stays as it is.
+        """Return a simulation of some of the designs in their current state; this one is unchanged.
 
         Parameters
         ----------
         which : sequence of int
-            Their places in the batch. One may be taken several times, to go on in several ways.
+            Their indices in the batch. An index may be repeated, to continue it in several ways.
 
         Raises
         ------
         IndexError
-            For a place that there is none of.
+            If an index is out of range.
         """
         rows = np.arange(len(self))[np.asarray(which, dtype=np.intp)]
         kept = {name: values[rows] for name, values in self._kept().items()}
-        sim = self._resumed(kept, _physics_of(self.physics, rows), self._threads, self._isa)
+        own: Any = {name: values[rows] for name, values in self.physics.per_design.items()}
+        physics = replace(self.physics, **own) if own else self.physics
+        sim = self._resumed(kept, physics, self._threads, self._isa)
         sim._steered = self._steered
         return sim
 
     def save(self) -> bytes:
-        """Return all that is needed to go on: designs, physics, actuation and state."""
+        """Return everything needed to continue: designs, physics, actuation and state."""
         about = {"engine": engine_probe(), "physics": self.physics.to_dict()}
         buffer = io.BytesIO()
         arrays: dict[str, Any] = {"steered": np.array(self._steered), **self._kept()}
@@ -316,13 +325,13 @@ class Simulation:
     def restore(
         cls, saved: bytes, *, threads: int | None = None, isa: str | None = None
     ) -> Simulation:
-        """Return the simulation that `save` kept, on any machine and instruction set.
+        """Return the simulation that `save` stored, on any machine and instruction set.
 
         Raises
         ------
         TypeError, ValueError
-            For what is no saved simulation, one that is damaged, or one of another engine, whose
-            bits would differ.
+            If it is no saved simulation, is damaged, or is of another engine, whose bits would
+            differ.
         """
         body = unsealed(MAGIC, saved, "simulation", "Simulation.save")
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
@@ -338,8 +347,8 @@ class Simulation:
         return sim
 
     def _kept(self) -> dict[str, NDArray[Any]]:
-        """Return all that a design has of its own, a row for each."""
-        # Decided at the start, whatever strain was given since: who runs, and how far it is.
+        """Return all per-design data, a row for each design."""
+        # Decided at the start, whatever strain was set since: which designs run, and how far.
         taken = np.nan_to_num(self._clock[:, _STEP], nan=-1).astype(np.int32)
         return {
             "designs": self.designs,
@@ -372,22 +381,22 @@ class Simulation:
 
 
 def _restored(saved: bytes, threads: int | None) -> Simulation:
-    """Unpickle; the instruction set may be another machine's and is not kept."""
+    """Unpickle; the instruction set is not stored, as another machine may lack it."""
     return Simulation.restore(saved, threads=threads)
 
 
 def sealed(magic: bytes, body: bytes) -> bytes:
-    """Return what is kept, with what tells its kind and damage in front."""
+    """Return bytes with a header that identifies their kind and reveals damage."""
     return magic + hashlib.sha256(body).digest() + body
 
 
 def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
-    """Return what was sealed as a kind of thing by its maker, whose magic ends in a number.
+    """Return the body that `sealed` wrapped; the magic of its kind ends in a format number.
 
     Raises
     ------
     TypeError, ValueError
-        For what is nothing of the kind, is in another format, or damaged.
+        If the bytes are of another kind or format, or damaged.
     """
     if not isinstance(saved, (bytes, bytearray, memoryview)):
         raise TypeError(f"saved must be bytes, got {type(saved).__name__}")
@@ -401,23 +410,6 @@ def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
     return body
 
 
-def _physics_of(physics: Physics, rows: NDArray[np.intp]) -> Physics:
-    """Return the physics of some of the designs."""
-    own: dict[str, Any] = {
-        name: (physics.gravity_vector if name == "gravity" else value)[rows]
-        for name, value in vars(physics).items()
-        if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-    }
-    return replace(physics, **own) if own else physics
-
-
 def _check_time(name: str, value: Any) -> None:
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be a number, got {value!r}")
-    try:
-        too_low = not float(value) >= 0
-    except OverflowError:
-        raise ValueError(f"{name} must be a number that a float holds") from None
-    if too_low:
+    if not check_number(name, value) >= 0:
         raise ValueError(f"{name} must not be negative, got {value}")

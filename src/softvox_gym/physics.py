@@ -22,10 +22,10 @@ PRESETS = ("published", "exact")
 #: The engine counts in 32 bits.
 MOST = 2**31 - 1
 
-#: Steps that a cycle of actuation needs to be followed; published, it has 552.
+#: Steps that a cycle of actuation needs to be resolved; the published run has 552.
 STEPS_PER_CYCLE = 50
 
-#: What decides whether the time step is stable.
+#: The parameters that decide whether the time step is stable.
 STABILITY = (
     "time_step_fraction", "damping_link", "damping_ground", "damping_global", "poisson_ratio"
 )  # fmt: skip
@@ -35,7 +35,7 @@ EXPANSION = 1.9 ** (1 / 3) - 1
 
 
 class ParameterError(ValueError):
-    """A parameter is out of its bounds: its name, and what it must be and is."""
+    """A parameter is out of its bounds: its name, its bounds and its value."""
 
     def __init__(self, parameter: str, reason: str) -> None:
         super().__init__(parameter, reason)
@@ -47,16 +47,16 @@ class ParameterError(ValueError):
 
 
 class Bounds(NamedTuple):
-    """What a value must be: in words, and for numbers the interval that they are in."""
+    """The bounds of a value: in words, and for numbers as an interval."""
 
     words: str
     low: float = -inf
     high: float = inf
-    #: Whether the low end belongs to it, "[" or "(", and the high one, "]" or ")".
+    #: Whether the interval includes its low end, "[" or "(", and its high end, "]" or ")".
     ends: str = "()"
 
     def hold(self, value: Any) -> Any:
-        """Return whether a number, or each of an array, is within."""
+        """Return whether a number, or every number of an array, is within the bounds."""
         above = value >= self.low if self.ends[0] == "[" else value > self.low
         return above & (value <= self.high if self.ends[1] == "]" else value < self.high)
 
@@ -79,32 +79,32 @@ def _hold(bounds: Bounds, value: Any) -> bool:
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """All there is to know of one parameter of the physics."""
+    """The facts about one parameter of the physics."""
 
     #: Its value in the paper; its type says whether it is a number, a choice or a flag.
     default: Any
     #: Empty for a ratio, a choice or a flag.
     unit: str
     bounds: Bounds
-    #: What it is; up to the first comma a name for people.
+    #: Description; the part before the first comma is a name for people.
     about: str
     #: The default as the published run rounded it.
     published: Any = None
-    #: Low end, high end and step of a slider, where the explorer shows one.
+    #: Low end, high end and step of the explorer's slider, if it has one.
     slider: tuple[float, float, float] | None = None
-    #: Whether each design of a batch may have its own.
+    #: Whether each design of a batch may have its own value.
     per_design: bool = True
     name: str = ""
 
     def checked(self, value: Any) -> Any:
-        """Return a value as Physics holds it: float, read-only array, str or bool; or raise."""
+        """Return a value as Physics stores it: float, read-only array, str or bool; or raise."""
         must = f"must be {self.bounds.words}, got"
         if isinstance(self.default, bool):
             if isinstance(value, (bool, np.bool_)):
                 return bool(value)
             raise TypeError(f"{self.name} {must} {value!r}")
         if isinstance(self.default, str):
-            if value in ACTUATIONS:
+            if isinstance(value, str) and value in ACTUATIONS:
                 return str(value)
             raise ParameterError(self.name, f"{must} {value!r}")
         array = self._numbers(value)
@@ -141,9 +141,9 @@ def _load(
     damping_global: Any,
     poisson_ratio: Any,
 ) -> NDArray[np.float64]:
-    """Return the share of the longest stable time step that a step takes, damping included.
+    """Return the time step over the longest stable one, damping included.
 
-    Below 1 no body is unstable (docs/physics.md 3). It grows at least as fast as the step.
+    Below 1 every body is stable (docs/physics.md 3). It grows at least as fast as the step.
     """
     with np.errstate(all="ignore"):
         step = np.asarray(time_step_fraction) / (2 * pi)
@@ -158,7 +158,7 @@ def _load(
 
 
 def _cube(edge: float) -> float:
-    """Return edge^3, correctly rounded, which a C library's power is not on every machine."""
+    """Return edge^3, correctly rounded, as the power of a C library is not on every machine."""
     try:
         return float(Fraction(edge) ** 3)
     except OverflowError:
@@ -171,7 +171,7 @@ def _below(value: float) -> str:
 
 
 def _spec(*facts: Any, **more: Any) -> Any:
-    """Return a field of Physics that holds a ParameterSpec but for its name."""
+    """Return a field of Physics that holds a ParameterSpec, its name still missing."""
     spec = ParameterSpec(*facts, **more)
     return field(default=spec.default, metadata={"spec": spec})
 
@@ -180,13 +180,13 @@ def _spec(*facts: Any, **more: Any) -> Any:
 class Physics:
     """Every parameter of the simulation, in SI units; the defaults are the paper's exact values.
 
-    Arrays hold one value per design of the batch. A preset changes with `dataclasses.replace`.
-    A number of gravity is along z, so negative is down; three numbers are always one vector, so
-    that a batch of three designs needs a (3, 3) array. A tilted floor is a tilted gravity. Density
-    is not printed in the paper; it follows from its time step. Shear strength times the squared
-    edge is added to both friction limits. Kinetic friction above static is allowed, with a warning.
-    Where its pump asks for less than the resting edge, an edge holds its last value, rests (clamp)
-    or contracts.
+    Arrays hold one value per design of the batch. Change a preset with `dataclasses.replace`. A
+    single number for gravity acts along z, so negative is down; three numbers are always one
+    vector, so a batch of three designs needs a (3, 3) array. A tilted gravity is a tilted floor.
+    The paper does not print the density; it follows from its time step. Shear strength times the
+    squared edge is added to both friction limits. Kinetic friction above static is allowed, with a
+    warning. When the pump asks for less than the resting edge, an edge holds its last value (hold),
+    rests (clamp) or contracts (expand_and_contract).
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class Physics:
     Raises
     ------
     TypeError, ParameterError
-        For a value out of its bounds, or one that makes the time step unstable, naming the
+        If a value is out of its bounds, or makes the time step unstable; the message names the
         parameter.
 
     Notes
@@ -222,7 +222,7 @@ class Physics:
     )
     damping_link: Parameter = _spec(1.0, "", NOT_NEGATIVE, "damping ratio of links")
     damping_ground: Parameter = _spec(0.8, "", NOT_NEGATIVE, "damping ratio of the ground")
-    damping_global: Parameter = _spec(0.01, "", NOT_NEGATIVE, "damping ratio of a slow drag")
+    damping_global: Parameter = _spec(0.01, "", NOT_NEGATIVE, "damping ratio of the global drag")
     frequency_hz: Parameter = _spec(
         4.0, "Hz", POSITIVE, "frequency of actuation", 3.999999807746178, slider=(0.5, 12, 0.1)
     )
@@ -233,14 +233,19 @@ class Physics:
         "hold", "", CHOICE, "what active edges do in the negative half cycle", per_design=False
     )
     settle_time: float = _spec(
-        0.25, "s", NOT_NEGATIVE, "time when actuation and measuring start", per_design=False
+        0.25, "s", NOT_NEGATIVE, "time at which actuation and measurement start", per_design=False
     )
     duration: Parameter = _spec(4.0, "s", POSITIVE, "duration of the run, settling included")
     time_step_fraction: Parameter = _spec(
-        0.9, "", STABLE, "time step over the largest stable one", 0.9000000153523451
+        0.9, "", STABLE, "time step as a share of the largest stable one", 0.9000000153523451
     )
     single_precision_rest: bool = _spec(
-        False, "", FLAG, "round the edge that active voxels swing about", True, per_design=False
+        False,
+        "",
+        FLAG,
+        "round the resting edge of active voxels to single precision",
+        True,
+        per_design=False,
     )
 
     @classmethod
@@ -250,7 +255,7 @@ class Physics:
 
     @classmethod
     def published(cls) -> Physics:
-        """Return the values that the published run rounded to, for its table digit for digit."""
+        """Return the rounded values of the published run, which give its table digit for digit."""
         return cls(**{spec.name: spec.published for spec in SPECS})
 
     @classmethod
@@ -260,7 +265,7 @@ class Physics:
         Raises
         ------
         ValueError
-            For any other name.
+            If the name is another.
         """
         if name not in PRESETS:
             raise ValueError(f"physics {name!r} is unknown; the presets are {', '.join(PRESETS)}")
@@ -268,7 +273,7 @@ class Physics:
 
     @classmethod
     def of(cls, physics: str | Mapping[str, Any] | Physics) -> Physics:
-        """Return the physics that a preset's name, a dict of fields or a Physics stands for.
+        """Return the physics for a preset's name, a dict of fields, or a Physics.
 
         A dict holds changes to `exact`, or to the preset that its key "preset" names; its key
         "shear_ratio" gives the shear strength by `shear_ratio`.
@@ -276,7 +281,7 @@ class Physics:
         Raises
         ------
         TypeError, ValueError
-            For anything else, or an unknown name or field.
+            If it is anything else, or has an unknown name or field.
         """
         if isinstance(physics, Physics):
             return physics
@@ -320,7 +325,7 @@ class Physics:
                 UserWarning,
                 stacklevel=3,
             )
-        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step))
+        steps = np.min(1 / (np.asarray(self.frequency_hz) * self.time_step), initial=np.inf)
         if steps < STEPS_PER_CYCLE:
             share = steps / STEPS_PER_CYCLE * np.min(self.time_step_fraction)
             warnings.warn(
@@ -361,7 +366,7 @@ class Physics:
             return
         worst = int(np.argmax(np.where(np.isnan(load), np.inf, load)))
         own = {k: float(np.broadcast_to(v, load.shape).flat[worst]) for k, v in values.items()}
-        # The one to blame is that whose usual value would help most.
+        # Blame the parameter whose usual value would help most.
         dampings = STABILITY[1:]
         cured = [_load(**{**own, name: getattr(type(self), name)}) for name in dampings]
         blamed = dampings[int(np.argmin(cured))]
@@ -378,17 +383,23 @@ class Physics:
         return self.to_dict() == other.to_dict()
 
     def __hash__(self) -> int:
-        # Of an array the shape: -0.0 equals 0.0, so that its bytes would not do.
+        # The shape of an array, not its bytes, because -0.0 equals 0.0.
         return hash(tuple(v.shape if isinstance(v, np.ndarray) else v for v in vars(self).values()))
 
     @property
+    def per_design(self) -> dict[str, NDArray[np.float64]]:
+        """The parameters that are arrays, a value per design; gravity as vectors."""
+        arrays = {name: v for name, v in vars(self).items() if isinstance(v, np.ndarray)}
+        if self.gravity_vector.ndim == 1:
+            arrays.pop("gravity", None)
+        else:
+            arrays["gravity"] = self.gravity_vector
+        return arrays
+
+    @property
     def n_designs(self) -> int | None:
-        """How many designs the arrays among the parameters are for; None where there are none."""
-        lengths = {
-            name: len(value)
-            for name, value in vars(self).items()
-            if isinstance(value, np.ndarray) and (name != "gravity" or value.shape != (3,))
-        }
+        """Length of the arrays among the parameters; None if there are none."""
+        lengths = {name: len(values) for name, values in self.per_design.items()}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"parameters must be arrays of one length, got {lengths}")
         return next(iter(lengths.values()), None)
@@ -402,11 +413,11 @@ class Physics:
 
     @property
     def pumped_rest(self) -> float:
-        """Edge that actuated voxels swing about, m.
+        """The edge about which active voxels swing, m.
 
-        Rounded to single precision it is 2e-10 m short, which matters to a few designs in the
-        fifth decimal. The published run's edges show it (data/authors/trajectories), except where
-        voxels contract as well.
+        Rounded to single precision it is 2e-10 m short, which changes the fifth decimal of a few
+        designs. The edges of the published run show the rounding (data/authors/trajectories),
+        unless voxels also contract.
         """
         if self.single_precision_rest and self.actuation != "expand_and_contract":
             return float(np.float32(self.edge))
@@ -429,18 +440,18 @@ class Physics:
 
     @property
     def shear_ratio(self) -> Parameter:
-        """T*, the shear strength of a voxel's face over its weight; infinite without weight."""
+        """T*, the shear strength of a voxel's face over its weight; infinite if weightless."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.asarray(self.shear_strength) * self.edge**2 / np.asarray(self.weight)
         return float(ratio) if ratio.ndim == 0 else ratio
 
     def sheared(self, ratio: Parameter) -> Physics:
-        """Return the same physics with the shear strength that makes `shear_ratio` this.
+        """Return the physics with the shear strength that gives this `shear_ratio`.
 
         Raises
         ------
         ParameterError
-            Where the ratio is not finite and at least 0.
+            If the ratio is not finite or is below 0.
         """
         if not _hold(NOT_NEGATIVE, ratio):
             raise ParameterError("shear_ratio", f"must be {NOT_NEGATIVE.words}, got {ratio!r}")
@@ -452,12 +463,12 @@ class Physics:
         return (self.duration - self.settle_time) * self.frequency_hz
 
     def lasting(self, cycles: Parameter) -> Physics:
-        """Return the same physics with the duration of so many actuation cycles after settling.
+        """Return the physics with a duration of this many actuation cycles after settling.
 
         Raises
         ------
         ValueError
-            Where cycles is not a positive number, or an array of such.
+            If cycles is neither a positive number nor an array of such.
         """
         if not _hold(POSITIVE, cycles):
             raise ValueError(f"cycles must be a positive number, got {cycles!r}")
@@ -468,8 +479,8 @@ class Physics:
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
 
 
-#: The parameters, in order. The checks, the command line's options, the explorer's sliders, the
-#: check of the engine's fields and the table in docs/physics.md are made of them.
+#: The parameters, in order. From them come the checks, the command line's options, the explorer's
+#: sliders, the check of the engine's fields and the table in docs/physics.md.
 SPECS: tuple[ParameterSpec, ...] = tuple(
     replace(spec, name=f.name, published=spec.default if spec.published is None else spec.published)
     for f in fields(Physics)
@@ -478,7 +489,7 @@ SPECS: tuple[ParameterSpec, ...] = tuple(
 
 
 def _documented(spec: ParameterSpec) -> str:
-    """Return a parameter's lines of the docstring of Physics."""
+    """Return the lines for a parameter in the docstring of Physics."""
     kind = "float or array, one per design" if spec.per_design else type(spec.default).__name__
     text = f"{spec.about}; {spec.bounds.words}."
     unit = f"{spec.unit}, " if spec.unit else ""

@@ -1,8 +1,8 @@
-"""Pseudo-realities: other physics of the same engine that stand for the world outside it.
+"""Pseudo-realities: other physics of the same engine that stand for the real world.
 
-A design is found in a simulator and has to keep its promise in a reality that nobody has written
-down. Where the reality is a simulation too, all about it is known: how far every design travels
-there, which is the best, and what was lost on the way.
+A design is found in a simulator and must keep its fitness in a reality that is not known in
+advance. If the reality is also a simulation, everything about it can be computed: how far every
+design travels there, which is the best, and what was lost in the transfer.
 
 Source: A. Ligot, M. Birattari, "Simulation-only experiments to mimic the effects of the reality gap
 in the automatic design of robot swarms", Swarm Intelligence 14, 2020.
@@ -30,43 +30,43 @@ from softvox_gym.simulation import Result, check_count, pumped, simulate
 Array: TypeAlias = NDArray[np.float64]
 PhysicsLike: TypeAlias = str | Mapping[str, Any] | Physics
 
-#: Seeds of `Reality.sample` by the name of their set: one to tune methods with, and one that nobody
+#: Seeds of `Reality.sample` by the name of their set: one for tuning methods, and one that nobody
 #: looks at before a method's final run.
 SETS: Mapping[str, range] = {"public": range(30), "test": range(2000, 2030)}
 
 
 @dataclass(frozen=True)
 class Reality:
-    """A world to try designs in: a physics, and what a `Physics` can't say.
+    """A world to try designs in: a physics, and properties that a `Physics` lacks.
 
     Parameters
     ----------
     name : str
     physics : str, dict or Physics
-        As `Physics.of` takes it; of single numbers.
+        As in `Physics.of`, with single numbers.
     about : str
-        What differs from the simulator, in one line.
+        The difference from the simulator, in one line.
     source : str
         Who measured, assumed or published it.
     strain_error : float
-        Standard deviation of every voxel's amplitude, as a share of it, from building the robot: a
+        Standard deviation of every voxel's amplitude, as a share of it, from manufacturing: a
         design has the same errors each time it is tried, and others with another seed.
     phase : array_like
-        Of every voxel's actuation, cycles; of a shape that NumPy broadcasts to (nx, ny, nz).
+        Phase of every voxel's actuation, cycles; a shape that NumPy broadcasts to (nx, ny, nz).
     resolution : int
-        Every voxel is built of so many smaller ones along each edge, whose strain is that of the
-        physics; see `Design.refined`.
+        Number of smaller voxels along each edge of a voxel. Their strain is that of the physics;
+        see `Design.refined`.
     expansion : {"spherical", "uniform"}
-        Of these.
+        Expansion of the smaller voxels; see `Design.refined`.
     seed : int
-        Of the strain errors.
+        Seed of the strain errors.
     nominal : str, dict or Physics
-        The simulator that it is held against.
+        The simulator that it is compared with.
 
     Raises
     ------
     TypeError, ValueError
-        For a value that is none of these, naming it.
+        If a value is none of these; the message names it.
 
     Examples
     --------
@@ -86,10 +86,10 @@ class Reality:
     seed: int = 0
     nominal: Physics = field(default_factory=Physics.published)
 
-    #: `softvox_gym.landscape` of it, which is built on this module and puts itself here.
+    #: `softvox_gym.landscape` of the reality; that module imports this one and sets this attribute.
     landscape: ClassVar[Callable[[Reality], Any]]
 
-    #: `softvox_gym.trials.from_trials`, likewise: what was measured, as a reality.
+    #: `softvox_gym.trials.from_trials`, set likewise: measured trials as a reality.
     from_trials: ClassVar[Callable[..., Any]]
 
     def __post_init__(self) -> None:
@@ -106,7 +106,7 @@ class Reality:
                 "resolution must be odd where expansion is spherical, to have a middle; got "
                 f"{self.resolution}"
             )
-        refined(np.zeros((1, 1, 1), np.uint8), self.resolution, expansion=self.expansion)
+        Lattice.of([self.resolution] * 3)  # of one voxel, which must not have too many parts
         changed = {
             "physics": single_physics(self.physics),
             "nominal": single_physics(self.nominal),
@@ -120,12 +120,12 @@ class Reality:
 
     @classmethod
     def of(cls, reality: str | Mapping[str, Any] | Physics | Reality) -> Reality:
-        """Return a reality as it is, or that of a physics, as `Physics.of` takes it, and no more.
+        """Return a reality unchanged, or the reality that consists only of a physics.
 
         Raises
         ------
         TypeError, ValueError
-            As `Physics.of` does, or for a physics of arrays or the name of a reality.
+            As `Physics.of` does, or if the physics has arrays or it is the name of a reality.
         """
         if isinstance(reality, Reality):
             return reality
@@ -135,28 +135,28 @@ class Reality:
 
     @classmethod
     def sample(cls, seed: int) -> Reality:
-        """Draw a reality from the prior that docs/reality-gap.md tells.
+        """Draw a reality from the prior in docs/reality-gap.md.
 
         Raises
         ------
         TypeError, ValueError
-            For a seed that is not a whole number of at least 0.
+            If the seed is not a whole number of at least 0.
         """
         check_count("seed", seed, least=0)
         return _sampled(int(seed))
 
     @property
     def is_plain(self) -> bool:
-        """Whether a `Physics` says it all."""
+        """Whether a `Physics` describes it completely."""
         return not self.strain_error and self.phase == 0.0 and self.resolution == 1
 
     @property
     def plain_physics(self) -> Physics | None:
-        """The physics where that says it all; else None."""
+        """The physics if it describes the reality completely; else None."""
         return self.physics if self.is_plain else None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what results depend on, ready for JSON."""
+        """Return everything that results depend on, ready for JSON."""
         names = ("strain_error", "phase", "resolution", "expansion", "seed")
         more = {} if self.is_plain else {name: getattr(self, name) for name in names}
         return {"physics": self.physics.to_dict(), **more}
@@ -164,12 +164,12 @@ class Reality:
     def trials(
         self, design: NDArray[np.uint8], k: int = 1, *, phase: ArrayLike | None = None
     ) -> Trials:
-        """Return k trials of a design, digits of shape (nx, ny, nz), with phases of its own.
+        """Return k trials of a design, digits of shape (nx, ny, nz), with the design's own phases.
 
         Raises
         ------
         ValueError
-            Where the phases don't fit its lattice.
+            If the phases don't fit its lattice.
         """
         lattice = Lattice(*design.shape)
         trials = Trials.of(self.physics, lattice, k)
@@ -186,21 +186,21 @@ class Reality:
         if self.strain_error:
             number = number_of(lattice.to_rows(design).tobytes())
             rng = np.random.default_rng([self.seed, *lattice, number])
-            # An actuator may fail to inflate, but it does not suck.
+            # An actuator may fail to inflate, but it does not apply suction.
             factor = np.maximum(1 + self.strain_error * normal(rng, design.shape), 0.0)
             trials = trials.changed(strain=trials.strain * factor)
         return trials
 
     def simulate(self, designs: Any, *, phase: ArrayLike | None = None, **options: Any) -> Result:
-        """Simulate designs in this reality, each once; `simulate` explains designs and options.
+        """Simulate designs in this reality, each once; designs and options are those of `simulate`.
 
-        Lengths are in voxel widths whatever the resolution is. The frames of a resolution above 1
-        are those of the smaller voxels, as are the result's designs.
+        Lengths are in voxel widths at any resolution. At a resolution above 1, frames and the
+        designs of the result are those of the smaller voxels.
 
         Raises
         ------
         TypeError, ValueError
-            As `simulate` does, or where the phases don't fit the designs' lattice.
+            As `simulate` does, or if the phases don't fit the designs' lattice.
         """
         given, lattice = batch_of(designs)
         stack, phase = pumped(given, phase, shape=lattice)
@@ -212,7 +212,7 @@ class Reality:
         return self.run(stack, Trials.joined(trials), **options).of(given, lattice)
 
     def run(self, stack: NDArray[np.uint8], trials: Trials | None, **options: Any) -> Result:
-        """Simulate digits, shape (n, nx, ny, nz), each under one of n trials, or plainly."""
+        """Simulate digits, shape (n, nx, ny, nz), each under its trial, or without trials."""
         parts = self.resolution
         physics = self.of_parts(self.physics if trials is None else trials.physics)
         own: Any = {} if trials is None else {"strain": trials.strain, "phase": trials.phase}
@@ -231,14 +231,14 @@ class Reality:
         )
 
     def of_parts(self, physics: Physics) -> Physics:
-        """Return a physics of whole voxels as that of the smaller ones of the resolution."""
+        """Return the physics of the smaller voxels for a physics of whole voxels."""
         if self.resolution == 1:
             return physics
         return replace(physics, edge=physics.edge / self.resolution)
 
 
 def single_physics(physics: PhysicsLike) -> Physics:
-    """Return `Physics.of`, which all designs share; ValueError where a parameter is an array."""
+    """Return `Physics.of` for all designs; ValueError if a parameter is an array."""
     made = Physics.of(physics)
     if made.n_designs is not None:
         raise ValueError(
@@ -249,12 +249,12 @@ def single_physics(physics: PhysicsLike) -> Physics:
 
 
 def reality_of(physics: PhysicsLike, chosen: str | Reality | None) -> Reality:
-    """Return the reality chosen, or where none is, that of a physics.
+    """Return the chosen reality or, without one, that of a physics.
 
     Raises
     ------
     TypeError, ValueError
-        As `reality` and `Physics.of` do, or where both say something.
+        As `reality` and `Physics.of` do, or if both a reality and a physics are given.
     """
     if chosen is None:
         return Reality.of(physics)
@@ -268,17 +268,17 @@ def reality_of(physics: PhysicsLike, chosen: str | Reality | None) -> Reality:
 
 
 def realities() -> dict[str, Reality]:
-    """Return the realities that have a name, by name, the mildest first."""
+    """Return the named realities, by name, the mildest first."""
     return {one.name: one for one in _named()}
 
 
 def reality(name: str) -> Reality:
-    """Return a reality by its name: one of `realities`, or of a set, "public-0" to "public-29".
+    """Return a reality by its name: one of `realities`, or of a set ("public-0" to "public-29").
 
     Raises
     ------
     ValueError
-        For any other name, with the nearest.
+        If the name is another; the message suggests the nearest.
     """
     known = realities()
     if name in known:
@@ -366,7 +366,7 @@ def _named() -> tuple[Reality, ...]:
 
 
 def _sampled(seed: int) -> Reality:
-    """Draw a reality; every quantity is drawn whatever the others are, in this order."""
+    """Draw a reality; every quantity is always drawn, in this order."""
     rng = np.random.default_rng([1911_10290, seed])
     published = Physics.published()
 
@@ -402,17 +402,17 @@ def _sampled(seed: int) -> Reality:
 
 
 def between(share: float, low: float, high: float) -> float:
-    """Return the number at a share of the way from low to high."""
+    """Interpolate linearly between low and high."""
     return low + (high - low) * share
 
 
 def log_between(share: float, low: float, high: float) -> float:
-    """Return the number at a share of the way in logarithms, the same bits on every machine."""
+    """Interpolate between low and high in logarithms, with the same bits on every machine."""
     return float(exp(np.array(between(share, round(log(low), 6), round(log(high), 6)))))
 
 
 def _phases(values: ArrayLike) -> Any:
-    """Return phases as a number or nested tuples, which can be compared and hashed."""
+    """Return phases as a number or nested tuples, which are comparable and hashable."""
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

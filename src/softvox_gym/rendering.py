@@ -1,6 +1,6 @@
-"""Pictures of robots: where they stand and how they look, and the camera that sees them.
+"""Pictures of robots: poses, scenes and the camera.
 
-What draws them, pixel by pixel, is `softvox_gym.raster`. Lengths are voxel widths.
+`softvox_gym.raster` draws the pixels. Lengths are voxel widths.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ PENUMBRA = 0.11  # blur radius of the cast shadow, voxel widths
 PASSIVE = (0.30, 0.84, 0.93)  # cyan
 ACTIVE = (0.95, 0.27, 0.22)  # red
 
-AZIMUTH = -62.0  # degrees; from where a robot is seen that has gone nowhere
-NOWHERE = 0.05  # voxel widths; a shorter way has no direction
-ROOM = 0.8  # of the half picture that a robot alone is given, which it fills beside its path
+AZIMUTH = -62.0  # degrees; of the camera for a robot that has gone nowhere
+NOWHERE = 0.05  # voxel widths; a shorter path has no direction
+ROOM = 0.8  # room for a robot beside its path, over half the picture for it alone
 FARTHEST = 2.6  # times the distance for a robot alone; a longer path is followed
 TRAIL = (0.36, 0.20, 0.52)  # the path of the centre of mass: neither cyan nor red, and dark
 TRAIL_WIDTH = 2.6  # pixels in a picture of 360 rows, and in proportion
@@ -71,8 +71,8 @@ class Pose:
     active : array of bool, shape (m,)
         Active voxels are drawn red, passive ones cyan.
     site : array of int, shape (m, 3), optional
-        Where on the lattice each was built. With it, neighbours are drawn as one skin: they share
-        the corners between them, each the mean of theirs. Else every voxel is a cube.
+        Lattice site of each voxel. With it, neighbours are drawn as one skin: each corner that they
+        share is the mean of theirs. Without it, every voxel is a cube.
 
     Raises
     ------
@@ -109,9 +109,9 @@ class Pose:
 def fitting_distance(pose: Pose) -> float:
     """Return the distance from which the camera sees the whole robot, in voxel widths.
 
-    The default of `render`; robots of up to about 2x2x2 voxels share one. For a film of a large
-    robot, take it once, from the first pose, and pass it to every frame: the picture then does not
-    zoom as the robot deforms.
+    The default of `render`; all robots of up to about 2x2x2 voxels have the same. For a film of a
+    large robot, compute it once, from the first pose, and pass it to every frame, so that the
+    picture does not zoom as the robot deforms.
     """
     position, edge = np.asarray(pose.position, float), np.asarray(pose.edge, float)
     if not len(position):
@@ -122,33 +122,33 @@ def fitting_distance(pose: Pose) -> float:
 
 
 class Walk(NamedTuple):
-    """Where a robot came from and went, which its pictures show too; lengths in voxel widths."""
+    """The start and path of a robot, which its pictures show too; lengths in voxel widths."""
 
     start: Pose  #: as it stood when the pump began
     path: Array  #: (k, 3) its centre of mass from then to the end
 
     @property
     def way(self) -> Array:
-        """From the path's start to its end, on the floor, shape (2,)."""
+        """Vector from the path's start to its end, on the floor, shape (2,)."""
         return np.asarray(self.path[-1, :2] - self.path[0, :2])
 
     def moved(self, shift: Array) -> Walk:
-        """Return the walk somewhere else."""
+        """Return the walk shifted."""
         start = replace(self.start, position=self.start.position + shift)
         return Walk(start, self.path + shift)
 
 
 class Stage:
-    """A floor on which robots are drawn moment after moment; see `render`.
+    """A scene in which robots are drawn frame after frame; see `render`.
 
     Parameters
     ----------
     walks : sequence of Walk
-        Of the robots, in order. With them come a ghost of each where it started, the path so far, a
-        ruler along the first robot's way, and the distance in words; the camera looks across that
-        way and sees all of the paths, or follows where they are long.
+        The walks of the robots, in order. With them the pictures show a ghost of each robot at its
+        start, the path so far, a ruler along the first robot's path, and the distance in words; the
+        camera looks across that path and sees all paths, or follows if they are long.
     width, height, look_at, distance, azimuth, elevation, boxes
-        As of `render`.
+        As in `render`.
     """
 
     def __init__(
@@ -172,17 +172,17 @@ class Stage:
         self.heading = _heading(self.walks, AZIMUTH if azimuth is None else azimuth)
         self.azimuth = self.heading - math.pi / 2 if azimuth is None else math.radians(azimuth)
         self.camera = np.zeros((3, 4))
-        self._backdrops: dict[bytes, Array] = {}  # the last, which serves while the camera stands
+        self._backdrops: dict[bytes, Array] = {}  # the last one, for a still camera
 
     def picture(
         self, poses: Sequence[Pose], moments: Sequence[int] | None = None
     ) -> NDArray[np.uint8]:
-        """Draw the robots at an index of each walk's path; past its end, and where None, its last.
+        """Draw the robots, each at an index of its path; the last point if past its end or None.
 
         Raises
         ------
         ValueError
-            Where there are not as many moments as walks.
+            If there are not as many moments as walks.
         """
         if moments is None:
             moments = [-1] * len(self._has_voxels)
@@ -218,25 +218,25 @@ class Stage:
         return np.stack(channels, axis=-1)
 
     def sign(self, robot: int) -> tuple[float, float]:
-        """Return the pixel of the last picture (x, y) to the left of where a robot started."""
+        """Return the pixel (x, y) in the last picture to the left of a robot's start."""
         ahead = np.array([math.cos(self.heading), math.sin(self.heading), 0.0])
         place = self.walks[robot].path[0] - SIGN * self._alone * ahead
         x, y, depth = self.camera @ [*place, 1.0]
-        depth = max(depth, NEAR)  # what is behind the camera is far off the picture
+        depth = max(depth, NEAR)  # points behind the camera map far outside the picture
         return float(x / depth), float(y / depth)
 
     @property
     def _letters(self) -> int:
-        """The size of a dot of a letter, pixels."""
+        """The dot size of letters, pixels."""
         return max(1, round(self.height / 220))
 
     @property
     def _alone(self) -> float:
-        """The distance from which each robot of the walks fits into the picture."""
+        """The distance at which each robot of the walks fits into the picture."""
         return max(fitting_distance(walk.start) for walk in self.walks)
 
     def _aim(self, poses: Sequence[Pose], so_far: Sequence[Array]) -> tuple[Array, float]:
-        """Return the point that the camera looks at, and from how far."""
+        """Return the target of the camera and its distance."""
         if self.walks:
             target, distance = self._framed(so_far)
         else:
@@ -250,9 +250,9 @@ class Stage:
         )
 
     def _framed(self, so_far: Sequence[Array]) -> tuple[Array, float]:
-        """Return a target and a distance that show all paths, or the robots now where they can't.
+        """Return a target and a distance that show all paths, or if they can't, the robots now.
 
-        The picture's two directions on the floor are taken one by one: to the right, and to the
+        Treats the picture's two directions on the floor separately: to the right, and towards the
         viewer.
         """
         sine, cosine = math.sin(self.azimuth), math.cos(self.azimuth)
@@ -278,7 +278,7 @@ class Stage:
         return np.array([*target, AIM * alone]), distance
 
     def _backdrop(self, target: Array, distance: float, line: float, light: Array) -> Array:
-        """Draw what stands still: the floor, the ghosts and the ruler."""
+        """Draw the static parts: the floor, the ghosts and the ruler."""
         picture = raster.floor(self.camera, (self.width, self.height), target, distance)
         for walk in self.walks:
             ghost = _faces(walk.start, light, boxes=self.boxes)
@@ -288,7 +288,7 @@ class Stage:
         return picture
 
     def _draw_ruler(self, picture: Array) -> None:
-        """Draw the ruler: from the start along the way, with a tick each voxel width."""
+        """Draw the ruler: from the start along the path, with a tick each voxel width."""
         low, high = self._reach
         step = _numbered(high - low)
         width = TRAIL_WIDTH * self.height / 360 / 2
@@ -306,7 +306,7 @@ class Stage:
                     )
 
     def _draw_travel(self, picture: Array, so_far: Sequence[Array]) -> None:
-        """Draw the paths so far, and how far along the ruler the first robot is."""
+        """Draw the paths so far, and the first robot's position on the ruler."""
         width = TRAIL_WIDTH * self.height / 360
         lines = [path * [1, 1, 0] for path in so_far if len(path) > 1]
         if lines:
@@ -315,7 +315,7 @@ class Stage:
             raster.stroke(picture, self.camera, lines, width, TRAIL)
 
     def _along(self, places: Array) -> Array:
-        """Return how far places (..., 2) are along the ruler."""
+        """Return the coordinates of points (..., 2) along the ruler."""
         ahead = [math.cos(self.heading), math.sin(self.heading)]
         return np.asarray((places - self.walks[0].path[0, :2]) @ ahead)
 
@@ -327,7 +327,7 @@ class Stage:
         return max(min(low, 0), -MOST_TICKS), min(max(high, 1), MOST_TICKS)
 
     def _on_ruler(self, along: Sequence[float], off: Sequence[float]) -> Array:
-        """Return points (k, 3): so far along the ruler, and off it towards the viewer."""
+        """Return points (k, 3) at distances along the ruler, and off it towards the viewer."""
         sine, cosine = math.sin(self.heading), math.cos(self.heading)
         aside = np.array([sine, -cosine])
         origin = self.walks[0].path[0, :2]
@@ -358,25 +358,25 @@ def render(
     Parameters
     ----------
     pose : Pose or None
-        The robot; None, or no voxels, for the empty floor.
+        The robot; None, or no voxels, for an empty floor.
     walk : Walk, optional
-        What it has walked: the path on the floor, a ghost of the robot at its start, a ruler along
-        it in voxel widths, and the distance in words.
+        Its walk so far: the picture shows the path on the floor, a ghost of the robot at its start,
+        a ruler in voxel widths along the path, and the distance in words.
     width, height : int
         Size of the picture, pixels.
     look_at : three floats, optional
         Point in the middle of the picture, voxel widths. By default it follows the robot's
-        horizontal centre, at a constant height, or shows all of the walk.
+        horizontal centre, at a constant height, or shows the whole walk.
     distance : float, optional
-        From the camera to that point, voxel widths; `fitting_distance`, or what the walk needs, by
-        default.
+        Distance from the camera to that point, voxel widths; by default `fitting_distance`, or as
+        far as the walk needs.
     azimuth : float, optional
         Direction from that point to the camera, degrees from +x towards +y. By default -62, or
         across the walk, which then goes to the right. The light turns with it.
     elevation : float
-        Of the camera above the horizon, degrees, above 0 and up to 90.
+        Angle of the camera above the horizon, degrees, above 0 and up to 90.
     boxes : bool
-        Whether to draw each voxel as the cube that it is in the model, rather than a skin.
+        Whether to draw each voxel as the cube that it is in the model, not as part of a skin.
 
     Returns
     -------
@@ -402,7 +402,7 @@ def render(
 
 
 def lanes(walks: Sequence[Walk]) -> list[Array]:
-    """Return by how much to move walks (3,) so that they go side by side, the first in front."""
+    """Return the shifts (3,) that put walks side by side, the first in front."""
     heading = _heading(walks)
     away = np.array([-math.sin(heading), math.cos(heading), 0.0])
     distance = LANE * max((fitting_distance(walk.start) for walk in walks), default=0.0)
@@ -417,7 +417,7 @@ def _check_view(
     azimuth: float | None,
     elevation: float,
 ) -> None:
-    """Raise ValueError as `render` says."""
+    """Raise ValueError as `render` does."""
     for name, size in {"width": width, "height": height}.items():
         if isinstance(size, bool) or not isinstance(size, int | np.integer) or size < 1:
             raise ValueError(f"{name} must be a positive integer, not {size!r}")
@@ -434,7 +434,7 @@ def _check_view(
 
 
 def _heading(walks: Sequence[Walk], azimuth: float = AZIMUTH) -> float:
-    """Return the direction of the first walk, radians; of one that leads nowhere, to the right."""
+    """Return the direction of the first walk, radians; to the right if it leads nowhere."""
     if walks and math.hypot(*walks[0].way.tolist()) >= NOWHERE:
         x, y = walks[0].way.tolist()
         return math.atan2(y, x)
@@ -442,7 +442,7 @@ def _heading(walks: Sequence[Walk], azimuth: float = AZIMUTH) -> float:
 
 
 def _light(azimuth: float) -> Array:
-    """Return the direction to the light: from the viewer's left, wherever that is; radians."""
+    """Return the direction to the light, which is at the viewer's left; radians."""
     turn = azimuth - math.radians(AZIMUTH)
     sine, cosine = math.sin(turn), math.cos(turn)
     x, y, z = LIGHT.tolist()
@@ -450,7 +450,7 @@ def _light(azimuth: float) -> Array:
 
 
 def _numbered(length: float) -> int:
-    """Return of how many ticks of a ruler one has a number."""
+    """Return the step between numbered ticks of a ruler."""
     return next((step for step in (1, 2, 5, 10, 20, 50) if length / step <= 8), 100)
 
 
@@ -464,7 +464,7 @@ def _view(target: Array, distance: float, azimuth: float, elevation: float) -> A
 
 
 def _faces(pose: Pose, light: Array, *, boxes: bool) -> Faces:
-    """Return the faces of a robot that can be seen from outside."""
+    """Return the faces of a robot that are visible from outside."""
     position, edge = np.asarray(pose.position, float), np.asarray(pose.edge, float)
     rotation = _rotations(np.asarray(pose.quaternion, float))
     corner = position[:, None] + CORNERS @ (rotation * (edge / 2)[:, None, None]).swapaxes(1, 2)
@@ -495,10 +495,10 @@ def _faces(pose: Pose, light: Array, *, boxes: bool) -> Faces:
 
 @lru_cache(maxsize=64)
 def _skin(sites: bytes) -> tuple[Array, Array]:
-    """Return which corners are one, and which faces are outside, of voxels on their sites.
+    """Return which corners coincide, and which faces are outside, for voxels on their sites.
 
-    A group (8 m,) for every corner, which neighbours, and neighbours of those around it, share; and
-    (m, 6) for the faces +x, -x, +y, -y, +z, -z.
+    Returns for every corner the group (8 m,) that it shares with neighbours, and with neighbours of
+    those around it; and whether each of the faces +x, -x, +y, -y, +z, -z is outside (m, 6).
     """
     site = np.frombuffer(sites, np.int64).reshape(-1, 3)
     place = {tuple(at): k for k, at in enumerate(site.tolist())}

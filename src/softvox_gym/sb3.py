@@ -24,11 +24,11 @@ Indices = None | int | Iterable[int]
 
 
 class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not installed
-    """A vector environment of this package as Stable-Baselines3 takes one.
+    """A vector environment of this package with the interface of Stable-Baselines3.
 
-    It returns what a `DummyVecEnv` of single environments does, whose whole batch is simulated at
-    once. Around it Stable-Baselines3's own wrappers fit, as `VecMonitor`, which logs episodes; in
-    it those of `softvox_gym.wrappers.vector` and of `gymnasium.wrappers.vector`.
+    It returns what a `DummyVecEnv` of single environments does, but simulates the whole batch at
+    once. You can put Stable-Baselines3's own wrappers around it, such as `VecMonitor`, which logs
+    episodes, and those of `softvox_gym.wrappers.vector` and `gymnasium.wrappers.vector` inside it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
     Raises
     ------
     TypeError, ValueError
-        For what is no vector environment, or resets itself.
+        If it is no vector environment, or resets itself.
 
     Examples
     --------
@@ -61,12 +61,12 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
                 "SB3VecEnv resets what is over itself; make the environments with "
                 'gym.make_vec(..., autoreset_mode="Disabled")'
             )
-        self.envs: Any = DictInfoToList(envs)  # whose type knows no seed for each environment
+        self.envs: Any = DictInfoToList(envs)  # its type allows no seed per environment
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
         self.metadata = envs.metadata
 
     def reset(self) -> Any:
-        """Start all episodes, with the seeds and options that were set; return observations."""
+        """Start all episodes with the seeds and options that were set; return observations."""
         options = self._options[0]
         if any(other != options for other in self._options):
             raise ValueError("options must be the same for all environments")
@@ -77,13 +77,13 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Take the actions of the next step."""
+        """Store the actions of the next step."""
         self.actions = actions
 
     def step_wait(
         self,
     ) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Make the step, and reset what is over; return observations, rewards, dones, infos."""
+        """Make the step and reset what is over; return observations, rewards, dones, infos."""
         observations, rewards, terminated, truncated, told = self.envs.step(self.actions)
         if np.ndim(rewards) > 1:
             raise ValueError("a reward must be one number: make the batch without objectives")
@@ -108,12 +108,12 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
         return list(pictures or [None] * self.num_envs)
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """Return what each environment has under a name: its own of a tuple, or what all have."""
+        """Return an attribute per environment: its item of a tuple, or the value that all share."""
         value = getattr(self._owner(attr_name), attr_name)
         return self._dealt(value, indices, of=(tuple,))
 
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Set an attribute of the vector environment; ValueError for some of them only."""
+        """Set an attribute of the vector environment; ValueError for a part of the batch."""
         if len(set(self._get_indices(indices))) < self.num_envs:
             raise ValueError(f"{attr_name} is one for the whole batch: leave out indices")
         has = self.has_attr(attr_name)
@@ -122,25 +122,25 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
     def env_method(
         self, method_name: str, *args: Any, indices: Indices = None, **options: Any
     ) -> list[Any]:
-        """Call a method of the vector environment once; return the answer of each environment.
+        """Call a method of the vector environment once; return its result for each environment.
 
-        Where it does not answer with one for each, its answer is that of all.
+        A result that does not have one item per environment counts for all of them.
         """
         answer = getattr(self._owner(method_name), method_name)(*args, **options)
         return self._dealt(answer, indices, of=(tuple, list, np.ndarray))
 
     def env_is_wrapped(self, wrapper_class: type, indices: Indices = None) -> list[bool]:
-        """Return for each environment whether the vector is in such a wrapper."""
+        """Return for each environment whether the vector has a wrapper of this class."""
         is_wrapped = any(isinstance(link, wrapper_class) for link in chain(self.envs.env))
         return [is_wrapped for _ in self._get_indices(indices)]
 
     def _dealt(self, value: Any, indices: Indices, *, of: tuple[type[Any], ...]) -> list[Any]:
-        """Return each environment's own where there is one for each of them."""
+        """Return each environment's item if there is one for each, else the value itself."""
         is_each = isinstance(value, of) and len(value) == self.num_envs
         return [value[i] if is_each else value for i in self._get_indices(indices)]
 
     def _owner(self, name: str) -> Any:
-        """Return the outermost of the vector environment and its wrappers that has a name."""
+        """Return the outermost of the vector environment and its wrappers with this attribute."""
         for link in chain(self.envs.env):
             if hasattr(link, name):
                 return link
@@ -148,5 +148,5 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
 
 
 def _plain(info: dict[str, Any]) -> dict[str, Any]:
-    """Return an info with Python's numbers, as a single environment has it."""
+    """Return an info with Python numbers, as a single environment returns it."""
     return {key: plain(value) for key, value in info.items()}

@@ -1,4 +1,4 @@
-"""Simulate a batch of designs: from designs and physics to a result."""
+"""Simulation of a batch: from designs and a physics to a result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from softvox_gym.physics import MOST, Physics
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Every voxel of every design, every few steps, as the step begins.
+    """Every voxel of every design at the beginning of every few steps.
 
     NaN where a voxel is absent or the run has ended.
 
@@ -45,7 +45,7 @@ class Frames:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What became of a batch of designs.
+    """The results of a simulated batch of designs.
 
     Parameters
     ----------
@@ -55,23 +55,23 @@ class Result:
     diverged : ndarray of bool, shape (n,)
     displacement : ndarray, shape (n, 3)
         dx, dy, dz of the centre of mass in voxel widths (cm for the paper's 1 cm voxel), from the
-        end of settling to the end of the run; NaN where diverged, 0 for the empty design.
+        end of settling to the end of the run; NaN if the design diverged, 0 for the empty design.
     start, end : ndarray, shape (n, 3)
-        Centre of mass, in voxel widths; NaN where diverged or empty.
+        Centre of mass, in voxel widths; NaN if the design diverged or is empty.
     steps : ndarray of int32, shape (n,)
         Time steps taken.
     track : ndarray, shape (n, samples, 3), or None
         The centre of mass in voxel widths from its start, sampled `track` times per cycle, start
-        and end included. NaN past the end of a run that has fewer cycles than another of the batch.
+        and end included. NaN after the end of a run with fewer cycles than another in the batch.
     frames : Frames or None
     step_error : ndarray, shape (n,), or None
-        By how much the fitness changes at half the time step, voxel widths; NaN where a design
-        diverges at either. None without `check_step`.
+        Change of the fitness at half the time step, voxel widths; NaN if a design diverges at
+        either. None without `check_step`.
     energy : ndarray, shape (n,), or None
-        The pump's work on the links in the whole run, J (docs/physics.md, section 12); NaN where
-        diverged, 0 for the empty design. None where it was not asked for.
+        The pump's work on the links in the whole run, J (docs/physics.md, section 12); NaN if the
+        design diverged, 0 for the empty design. None if not requested.
     phased : (ndarray, Lattice) or None
-        The designs as they were given, and their lattice, where that has several phases.
+        The designs as given, and their lattice, if that has several phases.
     """
 
     designs: NDArray[np.uint8]
@@ -97,7 +97,7 @@ class Result:
         return f"Result({len(self)} designs on {lattice}, {diverged} diverged, best {best:.2f})"
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the fittest designs, moving where there are frames."""
+        """Return what a notebook shows: the fittest designs, moving if there are frames."""
         return as_html(self)
 
     @cached_property
@@ -106,14 +106,14 @@ class Result:
         return np.asarray(np.sqrt(self.displacement[:, 0] ** 2 + self.displacement[:, 1] ** 2))
 
     def design(self, i: int) -> Design:
-        """Return the i-th design of the batch, with its phases where it was given with such."""
+        """Return the i-th design of the batch, with its phases if it has any."""
         if self.phased is not None:
             digits, lattice = self.phased
             return Design(digits[i], shape=lattice)
         return Design(self.designs[i])
 
     def of(self, designs: NDArray[np.uint8], lattice: Lattice) -> Result:
-        """Return the same of designs as they were given; for one phase as it is."""
+        """Return the result with the designs as given; with one phase, unchanged."""
         return self if lattice.phases == 1 else replace(self, phased=(designs, lattice))
 
 
@@ -133,24 +133,25 @@ def simulate(
 ) -> Result:
     """Simulate a batch of designs.
 
-    The result of a design depends on the design and its parameters alone: not on the batch, its
-    order, the number of threads, the instruction set or the machine, to the last bit.
+    The result of a design depends only on the design and its parameters, to the last bit: not on
+    the batch, its order, the number of threads, the instruction set or the machine.
 
     Parameters
     ----------
     designs : Design, int, str, sequence of these, or ndarray
-        One design or a batch on one lattice; an (n,) array of numbers or (n, 8) array of digits for
-        the 2x2x2 lattice, or an (n, nx, ny, nz) array of digits indexed [x, y, z]. What a `Design`
-        of several phases says of these is added to the phase.
+        One design or a batch on one lattice: an (n,) array of numbers or (n, 8) array of digits for
+        the 2x2x2 lattice, or an (n, nx, ny, nz) array of digits indexed [x, y, z]. The phases of a
+        `Design` of several phases are added to `phase`.
     physics : Physics, optional
-        Its arrays hold one value per design. `Physics.published()` where None.
+        Its arrays hold one value per design. By default `Physics.published()`.
     strain : array_like, shape (n, nx, ny, nz) or (n, cycles, nx, ny, nz), optional
-        Amplitude of every voxel in place of `physics.strain`, constant or cycle by cycle from the
-        first after settling; a run with more cycles keeps the last. A cycle ends when
-        frequency times time plus the voxel's phase is whole. Passive voxels ignore it. A design
-        with an amplitude that is not finite is marked as diverged.
+        Amplitude of every voxel instead of `physics.strain`, constant or cycle by cycle from the
+        first after settling; a run with more cycles keeps the last. A cycle ends when frequency
+        times time plus the voxel's phase is whole. Passive voxels ignore it. A design with an
+        amplitude that is not finite is marked as diverged.
     phase : array_like, shape (n, nx, ny, nz), optional
-        Phase of every voxel's actuation in cycles; 0 where None. Likewise.
+        Phase of every voxel's actuation in cycles, 0 by default. Passive voxels ignore it, and a
+        design with a phase that is not finite is marked as diverged.
     track : int
         Samples of the centre of mass per actuation cycle; 0 for none.
     frames : int
@@ -158,13 +159,13 @@ def simulate(
     energy : bool
         Measure the pump's work, for `Result.energy`.
     check_step : bool
-        Simulate at half the time step as well, for `Result.step_error`; takes three times as long.
+        Also simulate at half the time step, for `Result.step_error`; takes three times as long.
     threads : int, optional
-        At most this many; all processors of the process where None.
+        At most this many; by default all processors available to the process.
     isa : str, optional
-        Instruction set, one of `softvox_gym.engine.isa_names()`; the widest where None.
+        Instruction set, one of `softvox_gym.engine.isa_names()`; by default the widest.
     progress : callable (done, total), optional
-        Called now and then with the number of designs finished.
+        Called from time to time with the number of finished designs.
 
     Returns
     -------
@@ -173,7 +174,7 @@ def simulate(
     Raises
     ------
     TypeError, ValueError
-        For designs, arrays or options that do not fit, naming the argument.
+        If a design, array or option does not fit; the message names the argument.
 
     Examples
     --------
@@ -213,7 +214,7 @@ def prepared(
     track: int = 0,
     frames: int = 0,
 ) -> tuple[NDArray[np.uint8], Physics, engine.Batch]:
-    """Return the digits (n, nx, ny, nz), the physics and the batch that arguments stand for.
+    """Return the digits (n, nx, ny, nz), the physics and the batch for some arguments.
 
     Raises TypeError and ValueError as `simulate` does.
     """
@@ -253,7 +254,7 @@ def pumped(
 ) -> tuple[NDArray[np.uint8], ArrayLike | None]:
     """Return designs as the digits 0, 1, 2, shape (n, nx, ny, nz), and the phase of their voxels.
 
-    What the designs say of the phase is added to what is given. Raises as `stack_of` does.
+    The designs' own phases are added to the given ones. Raises as `stack_of` does.
     """
     stack, lattice = batch_of(designs, shape=shape)
     kinds, own = lattice.pumped(stack)
@@ -263,18 +264,18 @@ def pumped(
 
 
 def check_threads(threads: int | None) -> None:
-    """Make sure that a number of threads is one, or None; raises as `check_count` does."""
+    """Check that a number of threads is a count or None; raises as `check_count` does."""
     if threads is not None:
         check_count("threads", threads, least=1)
 
 
 def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
-    """Make sure that an argument is a whole number; by default one that the engine can count to.
+    """Check that an argument is a whole number within bounds, by default those of the engine.
 
     Raises
     ------
     TypeError, ValueError
-        Naming the argument.
+        If it is not; the message names the argument.
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} must be a whole number, got {value!r}")
@@ -282,14 +283,31 @@ def check_count(name: str, value: Any, *, least: int, most: int = MOST) -> None:
         raise ValueError(f"{name} must be at least {least} and at most {most}, got {value}")
 
 
+def check_number(name: str, value: Any) -> float:
+    """Return an argument that is a number as a float; NaN and infinity are.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is none, or is larger than a float, naming the argument.
+    """
+    numbers = (int, float, np.integer, np.floating)
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
+        raise TypeError(f"{name} must be a number, got {value!r}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{name} must be a number that a float holds") from None
+
+
 def check_flag(name: str, value: Any) -> None:
-    """Make sure that an argument is True or False; TypeError, naming it, where it is not."""
+    """Check that an argument is True or False; otherwise TypeError that names it."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {value!r}")
 
 
 def spaced(steps: int, count: int) -> int:
-    """Return how many steps from frame to frame give nearly so many, the last close to the end."""
+    """Return the steps between frames for about `count` frames, the last close to the end."""
     least = max(1, steps // count)
     return min(range(least, least + 1 + least // 4), key=lambda every: steps % every)
 
@@ -297,7 +315,7 @@ def spaced(steps: int, count: int) -> int:
 def _per_voxel(
     name: str, values: ArrayLike, stack: NDArray[np.uint8], *, by_cycle: bool = False
 ) -> NDArray[np.float64]:
-    """Return values as float64 of the stack's shape, perhaps with cycles after the first axis."""
+    """Return values as float64 of the stack's shape, possibly with cycles as second axis."""
     try:
         array = np.asarray(values)
     except ValueError:
@@ -381,7 +399,7 @@ def _result(
     empty = ~stack.any(axis=(1, 2, 3))
     displacement = (output.end - output.start) / physics.edge
     displacement[empty] = 0.0
-    with np.errstate(over="ignore"):  # a displacement may be finite, and its square not
+    with np.errstate(over="ignore"):  # the square of a finite displacement may overflow
         has_fitness = np.isfinite(displacement[:, 0] ** 2 + displacement[:, 1] ** 2)
     diverged = (output.status != 0) | ~has_fitness
     displacement[diverged] = np.nan

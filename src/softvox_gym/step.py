@@ -1,4 +1,4 @@
-"""The integrator's own error: what a design does at half the time step."""
+"""The integrator's error: the change of fitness at half the time step."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ def step_error(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float64]:
-    """Return by how much the fitness of designs changes at half the time step.
+    """Return how much the fitness of designs changes at half the time step.
 
-    It tells how far a number of this simulator can be trusted, as one that the step itself decides
-    says nothing of a robot. Takes three times as long as simulating the designs. It is the
-    `step_error` of `softvox_gym.simulate(..., check_step=True)`, which takes any batch.
+    It tells how far a number of this simulator can be trusted: a difference that the time step
+    decides says nothing about a robot. Takes three times as long as simulating the designs. For any
+    batch, use `softvox_gym.simulate(..., check_step=True)`, which gives the same `step_error`.
 
     Parameters
     ----------
     designs, shape
-        As `softvox_gym.evaluate` takes them.
+        As in `softvox_gym.evaluate`.
     physics : str, dict or Physics
-        As `Physics.of` takes it, of single numbers.
+        As in `Physics.of`, with single numbers.
     threads, progress
-        As `softvox_gym.simulate` takes them.
+        As in `softvox_gym.simulate`.
 
     Returns
     -------
     ndarray, shape (n,)
-        Not negative, voxel widths; NaN where a design diverges at either step.
+        Absolute change, voxel widths; NaN if a design diverges at either step.
 
     Raises
     ------

@@ -1,16 +1,16 @@
-"""What a robot is asked to do, and what its displacement is then worth."""
+"""Tasks: what a robot should do, and the reward for its displacement."""
 
 from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
 from math import isfinite, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softvox_gym.portable import cos_sin
+from softvox_gym.simulation import check_number
 
 Array = NDArray[np.float64]
 
@@ -30,15 +30,15 @@ class Task:
     Parameters
     ----------
     name : {"displacement", "directed"}
-        As far as possible in whatever direction, the task of Kriegman et al. 2020; or along a
-        heading, where what goes the other way is negative.
+        To travel as far as possible in any direction, the task of Kriegman et al. 2020; or along a
+        heading, where travel in the opposite direction is negative.
     heading : float, optional
-        Degrees from x towards y; 0 where the directed task has none.
+        Degrees from x towards y; 0 by default in the directed task.
 
     Raises
     ------
     TypeError, ValueError
-        For an unknown task, a heading of another one, or one that is not finite.
+        If the task is unknown, has no heading but one is given, or the heading is not finite.
     """
 
     name: str = "displacement"
@@ -53,23 +53,19 @@ class Task:
             if self.heading is not None:
                 raise ValueError("the task displacement has no heading; directed has one")
             return
-        heading: Any = 0.0 if self.heading is None else self.heading
-        if isinstance(heading, (bool, np.bool_)) or not isinstance(
-            heading, (int, float, np.integer, np.floating)
-        ):
-            raise TypeError(f"heading must be a number of degrees, got {heading!r}")
+        heading = check_number("heading", 0.0 if self.heading is None else self.heading)
         if not isfinite(heading):
             raise ValueError(f"heading must be finite, got {heading}")
-        object.__setattr__(self, "heading", float(heading) % 360.0 % 360.0)  # -1e-20 is 360 first
+        object.__setattr__(self, "heading", heading % 360.0 % 360.0)  # -1e-20 is 360 first
 
     @classmethod
     def of(cls, task: str | Task, heading: float | None = None) -> Task:
-        """Return a task by its name, with a heading if it is given, or as it is.
+        """Return a task by its name, with a heading if given; a Task is returned unchanged.
 
         Raises
         ------
         TypeError, ValueError
-            As the class does, or for a heading beside a task that has its own.
+            As the class does, or if a heading is given with a Task.
         """
         if not isinstance(task, Task):
             return cls(task, heading)
@@ -79,7 +75,7 @@ class Task:
 
     @property
     def direction(self) -> tuple[float, float]:
-        """The unit vector (x, y) of the heading; ValueError for a task that has none."""
+        """The unit vector (x, y) of the heading; ValueError if the task has none."""
         if self.heading is None:
             raise ValueError(f"the task {self.name} has no heading")
         if self.heading in HEADINGS:
@@ -88,7 +84,7 @@ class Task:
         return float(cosine), float(sine)
 
     def reward(self, displacement: Array) -> Array:
-        """Return what displacements, shape (..., 3), are worth, shape (...), in their unit."""
+        """Return the rewards, shape (...), of displacements, shape (..., 3), in their unit."""
         x, y = displacement[..., 0], displacement[..., 1]
         if self.heading is None:
             return np.asarray(np.sqrt(x * x + y * y))

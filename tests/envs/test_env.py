@@ -230,6 +230,15 @@ def test_the_picture_shows_the_deformed_robot():
     np.testing.assert_array_equal(env.render(), empty_floor)
 
 
+@pytest.mark.parametrize("mode", [None, "rgb_array"])
+def test_steps_that_nobody_will_ask_for_are_not_kept(mode):
+    env = make(render_mode=mode, physics=DIVERGENT)
+    env.reset()
+    for _ in range(3):
+        env.step(BEST)
+    assert len(env.unwrapped._seen) == 1
+
+
 def test_a_diverged_robot_is_shown_as_built():
     env = make(physics=DIVERGENT, render_mode="rgb_array")
     env.reset()

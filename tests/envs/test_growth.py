@@ -8,6 +8,7 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import TransformReward
 from test_vector_env import assert_same
 
 from softvox_gym import simulate
@@ -191,6 +192,18 @@ def test_noise_comes_with_the_last_step(mode):
     assert len(set(told["values"][0])) == 3
 
 
+def test_a_wrapper_leaves_the_rewards_alone_of_those_that_are_not_built():
+    env = gym.make_vec(IDS[1], 2, autoreset_mode="Disabled", **TABLE)
+    env = vector.Resample(TransformReward(env, lambda rewards: rewards + 1), 2)
+    env.reset(seed=0)
+    env.step([0, 0])
+    env.reset(options={"reset_mask": np.array([False, True])})
+    for digit in BEST[1:]:
+        _, rewards, over, _, _ = env.step([digit, digit])
+    assert over.tolist() == [True, False]
+    assert rewards[1] == 1
+
+
 @pytest.mark.parametrize("action", [3, -1, 1.0, [1], "a", None, True])
 def test_an_action_that_is_no_digit_is_refused_and_changes_nothing(action):
     env = SoftVoxGrowEnv(from_table=True)
@@ -216,6 +229,9 @@ def test_bad_arguments_are_refused_when_it_is_made():
     for flag in ("connected", "from_table"):
         with pytest.raises(TypeError, match=f"{flag} must be True or False, got 'no'"):
             make(**{flag: "no"})
+    for options in ({"phases": 2}, {"shape": Lattice.of((2, 2, 2), phases=4)}):
+        with pytest.raises(ValueError, match="phases must be 1"):
+            make(**options)
     with pytest.raises(TypeError, match="conected"):
         make(conected=True)
     with pytest.raises(ValueError, match="render_mode"):

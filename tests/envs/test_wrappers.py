@@ -362,6 +362,7 @@ def test_single_wrappers_survive_json():
         (lambda m, e: m.Resample(e, 2.5), TypeError, "n must be a whole number"),
         (lambda m, e: m.Resample(e, 2, "median"), ValueError, "the aggregates are mean, min, q10"),
         (lambda m, e: m.Resample(m.Resample(e, 2), 2), ValueError, "resampled already"),
+        (lambda m, e: m.FitnessNoise(e, 10**400), ValueError, "sigma must be a number"),
         (lambda m, e: m.FitnessNoise(e, -0.1), ValueError, "sigma must be finite and at least 0"),
     ],
 )

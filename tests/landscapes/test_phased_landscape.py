@@ -2,6 +2,8 @@
 
 import csv
 import json
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -137,6 +139,27 @@ def test_what_a_stopped_run_left_is_taken_up(cache, blocks, damage):
     assert len(list(cache.iterdir())) == 1
 
 
+def test_the_tool_makes_what_ships_where_it_is_not_there(cache, tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "COMPUTED", tmp_path)
+    monkeypatch.setattr(
+        tables, "phased_lattice", lambda phases: Lattice.of((2, 1, 1), phases=phases)
+    )
+    tables._two_phases.cache_clear()
+    runpy.run_path(str(Path(__file__).parents[2] / "tools" / "phased.py"))["main"]()
+    two, four = (
+        evaluate(range(lattice.n_designs), shape=lattice)
+        for lattice in map(tables.phased_lattice, (2, 4))
+    )
+    with np.load(tmp_path / PHASED) as archive:
+        assert archive["two"].tobytes() == two.displacement.tobytes()
+        assert archive["two_steps"].tolist() == two.steps[:, 0].tolist()
+        best = archive["four_best"]
+        assert archive["four_best_displacement"].tobytes() == four.displacement[best].tobytes()
+    assert (np.diff(four.value[best]) <= 0).all()
+    digests = json.loads((tmp_path / PHASED_DIGESTS).read_text(encoding="utf-8"))
+    assert digests == {"2": digest(two.displacement), "4": digest(four.displacement)}
+
+
 def test_where_nothing_can_be_kept_it_is_simulated_all_the_same(monkeypatch, tmp_path, blocks):
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
     monkeypatch.setenv("SOFTVOX_CACHE", str(tmp_path / "file"))
@@ -216,7 +239,7 @@ def test_the_command_writes_the_landscape_of_two_phases(tmp_path, capsys, two):
     [
         (["--phases", "5"], "--phases must be at most 4 for a landscape, got 5"),
         (["--phases", "9"], "--phases must be from 1 to 8, got 9"),
-        (["--phases", "2", "--check-step"], "--check-step is for one phase"),
+        (["--phases", "2", "--check-step"], "--check-step works with one phase only"),
     ],
 )
 def test_the_command_refuses_what_it_can_not_do(options, message, tmp_path, capsys):
@@ -230,7 +253,7 @@ def test_other_bits_than_the_published_are_told(tmp_path, capsys, monkeypatch):
     table["dx"][7] += 1
     monkeypatch.setattr("softvox_gym.cli.landscape.phased", lambda *_, **__: table)
     assert main(["landscape", "--phases", "2", "--out", str(tmp_path / "out")]) == 2
-    assert "the bits are not those that were published" in capsys.readouterr().err
+    assert "the landscape differs from the published one" in capsys.readouterr().err
 
 
 def test_millions_of_designs_are_an_archive(tmp_path, capsys, monkeypatch):

@@ -331,7 +331,7 @@ def stopped(process, folder):
     finally:
         process.kill()
     assert (process.returncode, out) == (130, "")
-    assert err == "softvox: stopped: SIGINT, what is done is kept; the same command goes on\n"
+    assert err == "softvox: stopped: SIGINT, finished work is kept; the same command continues\n"
     return started
 
 
@@ -395,8 +395,8 @@ def test_an_address_without_a_scheduler_is_named(monkeypatch):
         (["--scheduler", "locl"], "must be local, slurm or an address as tcp://10.0.0.1:8786, got"),
         (["--scheduler", "tcp://a:1", "--workers", "2"], "those of tcp://a:1 have theirs"),
         (["--scheduler", "slurm", "--workers", "2"], "those of slurm have theirs"),
-        (["--scheduler", "local", "--jobs", "2"], "--jobs goes with --scheduler slurm"),
-        (["--jobs", "2"], "--jobs goes with --scheduler slurm"),
+        (["--scheduler", "local", "--jobs", "2"], "--jobs needs --scheduler slurm"),
+        (["--jobs", "2"], "--jobs needs --scheduler slurm"),
         (["--scheduler", "what://x:1"], "--scheduler what://x:1: "),
     ],
 )

@@ -289,7 +289,8 @@ def test_there_is_nothing_to_check_where_there_is_no_folder(tmp_path):
     done = softvox("compare", "exp.toml", "--check", "--out", "none", cwd=tmp_path)
     assert done.returncode == 2
     assert (
-        done.stderr == "softvox: error: none is not there, and has no finished runs to do again\n"
+        done.stderr
+        == "softvox: error: none doesn't exist, so no runs can be repeated; leave out --check\n"
     )
     assert not (tmp_path / "none").exists()
 

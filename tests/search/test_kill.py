@@ -192,7 +192,7 @@ def test_stopped_it_says_that_the_same_command_goes_on_which_it_does(
     out, err = process.communicate(timeout=20)
     assert (process.returncode, out) == (128 + number, "")
     assert err == (
-        f"softvox: stopped: {number.name}, what is done is kept; the same command goes on\n"
+        f"softvox: stopped: {number.name}, finished work is kept; the same command continues\n"
     )
     wait_for_end_of(workers)
     if number == signal.SIGINT:

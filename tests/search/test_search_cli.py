@@ -254,7 +254,7 @@ BAD = {
     "search --searcher ga --seed -1": "--seed",
     "search --searcher ga --noise -1": "--noise must be a number that is not negative",
     "search --searcher ga --noise nan": "--noise must be",
-    "search --searcher ga --final-stage": "--final-stage is against noise, and there is none",
+    "search --searcher ga --final-stage": "--final-stage works with noise only",
     "search --searcher ga --noise 1 --budget 50 --final-stage": "--searcher ga: a final stage of",
     "search --searcher ga --out file": "--out must end in .csv or .parquet",
     "search --searcher ga --out old.csv": "--out old.csv exists",

@@ -13,7 +13,7 @@ from chromium import until
 from softvox_gym import Physics, simulate
 from softvox_view.tessellation import SIDE, cell_of
 
-DESKTOP, PHONE = (1280, 800), (390, 844)
+DESKTOP, WIDE, PHONE, SMALL = (1280, 800), (1920, 1080), (390, 844), (360, 740)
 
 #: Where the pictures for the documentation go, if somebody wants them.
 PICTURES = os.environ.get("SOFTVOX_PICTURES")
@@ -25,8 +25,9 @@ def sized(driver, width, height):
 
 
 #: Landscapes of this are done in a moment.
-SHORT = {"duration": "0.28"}
-SHORT_STATE = "duration=0.28"
+SHORT = {"settle_time": "0.01", "duration": "0.05"}
+SHORT_STATE = "&".join(map("=".join, SHORT.items()))
+SHORT_NUMBERS = {name: float(value) for name, value in SHORT.items()}
 
 
 def loaded(driver, page, state=""):
@@ -123,8 +124,7 @@ def facts(driver, table="facts"):
 @cache
 def fitness_with(**changes):
     """Return the fitness of all designs with changes to SHORT, from the native engine."""
-    values = {name: float(value) for name, value in SHORT.items()}
-    physics = Physics.of({"preset": "published", **values, **changes})
+    physics = Physics.of({"preset": "published", **SHORT_NUMBERS, **changes})
     return simulate(np.arange(6561), physics).fitness
 
 

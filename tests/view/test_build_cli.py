@@ -138,9 +138,9 @@ def test_phases_are_told(softvox):
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        ((), "give a DESIGN or several, or --top N; and not both"),
-        (("6453", "--top", "3"), "give a DESIGN or several, or --top N; and not both"),
-        (("6453", "--one-per-class"), "--one-per-class is for --top"),
+        ((), "give either designs or --top N"),
+        (("6453", "--top", "3"), "give either designs or --top N"),
+        (("6453", "--one-per-class"), "--one-per-class needs --top N"),
         (("9999",), "design '9999' is neither a number from 0 to 6560 nor 8 digits"),
         (("none.json",), "DESIGN none.json: No such file or directory"),
         (("6453", "--copies", "0"), "argument --copies: must be a whole number above 0"),
@@ -148,7 +148,7 @@ def test_phases_are_told(softvox):
         (("6453", "--out", "a.png"), "--out must end in .pdf, .svg, .html, got 'a.png'"),
         (("6453", "--csv", "no/a.csv"), "--csv no is not a folder"),
         (("6453", "--csv", "taken.csv"), "--csv taken.csv exists"),
-        (("--top", "5473"), "--top: 5472 designs can be built, 5473 were asked for"),
+        (("--top", "5473"), "--top must be at most 5472, the designs that can be built, got 5473"),
         (("--top", "3", "--shape", "3", "3", "3"), "--shape and --phases are not for --top"),
     ],
 )

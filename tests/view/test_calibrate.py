@@ -100,9 +100,9 @@ def test_a_folder_gets_the_figures_and_their_tables(real, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "give one of them"),
-        (["--tracks", "real.csv", "--reality", "reversal"], "give one of them"),
-        (["--designs", "1"], "give one of them"),
+        ([], "give what is real: one of"),
+        (["--tracks", "real.csv", "--reality", "reversal"], "give what is real: one of"),
+        (["--designs", "1"], "give what is real: one of"),
         (["--reality", "reversal"], "--reality NAME and --designs N,N,... belong together"),
         (["--tracks", "real.csv", "--designs", "1"], "belong together"),
         (["--reality", "revrsal", "--designs", "1"], "did you mean reversal?"),
@@ -221,7 +221,7 @@ def test_trials_are_looked_at_after_the_shortest_runs_cycles_at_the_simulators_s
     assert json.loads(capsys.readouterr().out)["known"] == {"frequency_hz": 4}
     softvox_calibrate("--trials", tmp_path, "--grid", "shear=0", "--cycles", "5")
     end = "real: 2 runs of 2 designs, after 5 cycles on acrylic, simulated in reversal\n"
-    assert capsys.readouterr().out.endswith(f"\n{end}known of it: frequency_hz 2\n")
+    assert capsys.readouterr().out.endswith(f"\n{end}taken as known: frequency_hz 2\n")
 
 
 def test_trials_that_can_not_be_calibrated_with_are_refused(tmp_path, monkeypatch):
@@ -232,8 +232,8 @@ def test_trials_that_can_not_be_calibrated_with_are_refused(tmp_path, monkeypatc
         ("--trials: there is no folder none", "--trials", "none"),
         ("--trials: the trials differ in surface", "--trials", "one", "--trials", "two"),
         ("--trials: 1 of 1 runs end before 16 c", "--trials", "one", "--cycles", "16"),
-        ("--cycles is of --trials", "--tracks", "one.csv", "--cycles", "9"),
-        ("give one of them", "--trials", "one", "--reality", "soft", "--designs", "17"),
+        ("--cycles needs --trials", "--tracks", "one.csv", "--cycles", "9"),
+        ("give what is real: one of", "--trials", "one", "--reality", "soft", "--designs", "17"),
         ("--reality NAME and --designs .* belong together", "--trials", "one", "--designs", "17"),
     ):
         with pytest.raises(BadInputError, match=words):

@@ -213,11 +213,11 @@ def test_export_writes_the_same_bytes_and_refuses_what_it_cannot(folder, capsys)
     assert (folder.parent / "some.jsonl").read_bytes() == as_json_lines([SIMULATED])
     status, out, err = told(capsys, "export", "--out", "none.jsonl", "--kpa", 7)
     assert (status, out) == (2, "")
-    assert err.startswith("softvox: error: none of the 3 trials is as the options say")
+    assert err.startswith("softvox: error: none of the 3 trials matches the options")
     assert not (folder.parent / "none.jsonl").exists()
     assert told(capsys, "export", "--out", "all.csv") == (
         *(2, ""),
-        "softvox: error: --out all.csv must end in .jsonl or .parquet; name it so\n",
+        "softvox: error: --out all.csv must end in .jsonl or .parquet\n",
     )
 
 

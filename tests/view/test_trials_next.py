@@ -46,7 +46,7 @@ def test_people_see_what_was_measured_what_is_expected_and_why(told):
     assert first == (
         "ite, displacement; 3 runs of 3 designs, after 15 cycles on plane, simulated in reversal"
     )
-    assert second == "held against 15 simulated cycles"
+    assert second == "compared after 15 simulated cycles"
     assert "less than the best measured" in text
     designs = [line.split()[0] for line in text.splitlines()[4:6]]
     assert f"softvox build {' '.join(designs)} --out FILE draws the sheets" in text
@@ -102,11 +102,11 @@ def test_other_cycles_and_another_simulator_are_what_they_are_asked_for(told):
         (["trials", "other"], "the trials differ in reality"),
         (
             ["--simulated-in=soft"],
-            "none of the 3 trials is as the options say; softvox trials list",
+            "none of the 3 trials matches the options; softvox trials list",
         ),
         (["nowhere"], "no folder nowhere"),
         (["--cycles=20"], "3 of 3 runs end before 20 cycles"),
-        (["--duration=3"], "--duration is said by --cycles"),
+        (["--duration=3"], "--duration follows from the cycles"),
         (["--option=size=8"], "method ite has no option 'size'"),
         (["--option=budget=8"], "method ite has no option 'budget'"),
         (["--option=kernel=none"], "kernel must be hamming or behaviour"),

@@ -29,68 +29,70 @@ RESULTS = Path("results")
 MOST_NAMED = 5
 
 DESCRIPTION = """\
-Run an experiment, a comparison of searchers or of transfer methods, and write
-into a folder, results/NAME for NAME.toml unless --out says otherwise: a file
-per run (runs/), a summary of each (runs.csv), and the report (report.md).
+Run an experiment that compares searchers or transfer methods, and write into a
+folder, by default results/NAME for NAME.toml: a file per run (runs/), a summary
+of all runs (runs.csv), and the report (report.md).
 
-Only runs that are missing there are done: killed at any moment, the same
-command goes on where it was, and searchers, seeds or physics added to
-FILE.toml are added to the results. Before that some finished runs, one of
-every searcher or method at least, are done again, and must give the same bits.
-A run that raises an error is named, the others go on, and the exit status is 1;
-the same command tries it again.
+Only runs that are missing in the folder are done. So after any interruption the
+same command continues, and searchers, seeds or physics that you add to
+FILE.toml are added to the results. First, some finished runs, at least one of
+every searcher or method, are repeated, and must give the same bits. If a run
+raises an error, it is named, the others continue, and the exit status is 1; the
+same command tries it again.
 
-Searchers, methods and wrappers of your own, package.module:Class, are looked
-for among what is installed, on PYTHONPATH, in the current folder and in that
-of FILE.toml. What they print goes to standard error.
+Your own searchers, methods and wrappers, package.module:Class, may be installed
+packages, or modules on PYTHONPATH, in the current folder or in the folder of
+FILE.toml. What they print goes to standard error.
 """
 
 KEYS = """\
   seeds          runs per searcher, problem and policy
-  entropy        a whole number; all random streams derive from it (0)
-  title          of the report (the name of the file)
-  [budget]       of each run: unique (different designs; under noise every
-                 evaluation counts), evaluations (all; 20 times unique), steps
-                 (simulated), cpu_seconds (of the searcher and the engine; such
-                 runs are not repeatable); the first that is used up ends it
-  physics        a preset's name, a table of parameters, with a label if you
-                 like, or a list of such ("published")
-  shape          of the lattice, or a list of such ([2, 2, 2])
-  phases         of active voxels (1): digit 2 + p is active, p / phases cycles
-                 ahead; the regret is known where the landscape is on this
-                 machine: that of 2 ships, "softvox landscape --phases P" makes
-                 others, and from those, too, the table answers
-  table          whether the exact table answers where nothing disturbs the
-                 simulation, with the same bits (true)
-  levels         of JakobiNoise, which is put around the bare environment, or is
-                 where [[wrappers]] names it; left out, there is no such noise
+  entropy        a whole number from which all random streams derive (0)
+  title          title of the report (the name of the file)
+  [budget]       limits of each run, which ends at the first one reached: unique
+                 (different designs; under noise every evaluation counts),
+                 evaluations (including repeated ones; 20 times unique), steps
+                 (of simulation), cpu_seconds (of the searcher and the engine;
+                 such runs can't be repeated bit by bit)
+  physics        the name of a preset, a table of parameters, which may have a
+                 label, or a list of these ("published")
+  shape          shape of the lattice, or a list of shapes ([2, 2, 2])
+  phases         number of phases of active voxels (1): digit 2 + p is active,
+                 p / phases cycles ahead. The optimum is known if the landscape
+                 is on this machine; that of 2 phases ships, and
+                 "softvox landscape --phases P" computes others
+  table          whether to look results up in the exact landscape, if that is
+                 known and nothing disturbs the simulation; the bits are the
+                 same (true)
+  levels         levels of JakobiNoise, which wraps the bare environment unless
+                 [[wrappers]] names its place (no noise)
   [[wrappers]]   name (FitnessNoise, JakobiNoise, Resample, or your own as
-                 package.module:Class) and the wrapper's arguments; from the
-                 environment outward
-  [[policies]]   name, and switches against luck under noise: running_mean,
-                 reevaluate_parents, final_stage (false), finalists (10),
-                 resamples (8)
+                 package.module:Class) and the wrapper's arguments; in order
+                 from the environment outward
+  [[policies]]   name, and remedies against lucky draws under noise:
+                 running_mean, reevaluate_parents, final_stage (false),
+                 finalists (10), resamples (8)
   [[searchers]]  name (from softvox search --list, or your own as
-                 package.module:Class); label (the name); options = {}, where a
-                 list makes a searcher of each of its values; seeds and budget
-                 where they differ from the others'
+                 package.module:Class); label (the name); options = {}, in
+                 which a list makes one searcher per value; seeds and budget,
+                 if they differ from those above
 """
 
 #: Of the other kind of file.
 METHOD_KEYS = """\
   seeds, entropy, title
                  as above
-  tests          in reality, of each run (20)
+  tests          tests in reality per run (20)
   measurement_noise
-                 of dx and dy in a test, voxel widths (0)
-  realities      a list of names, softvox reality --list has them; named stands
-                 for all of these, public and test for the sets (["named"])
-  tasks          of displacement, directed (["directed"]); all four headings of
-                 the latter are in one run
+                 standard deviation of measured dx and dy, voxel widths (0)
+  realities      a list of names from softvox reality --list, or of "named" for
+                 all of these, "public" and "test" for the sets (["named"])
+  tasks          a list of displacement and directed (["directed"]); a run of
+                 the latter has all four headings
   [[methods]]    name (from softvox transfer --list, or your own as
-                 package.module:Class); label (the name); options = {}, where a
-                 list makes a method of each of its values; seeds, tests and
-                 realities where they differ from the others'
+                 package.module:Class); label (the name); options = {}, in
+                 which a list makes one method per value; seeds, tests and
+                 realities, if they differ from those above
 """
 
 #: A small experiment.
@@ -106,16 +108,16 @@ options = { population = [20, 50] }
 """
 
 EPILOG = f"""\
-FILE.toml, with what holds where a key is left out in brackets:
+Keys of FILE.toml, with defaults in parentheses:
 {KEYS}
-for example:
+For example:
 {indent(EXAMPLE, "  ")}
 A file with [[methods]] compares transfer methods (softvox_search.transfer):
 {METHOD_KEYS}
-On many machines at once, each a part of the runs, then put together:
+To use many machines, let each do a part of the runs, then merge the parts:
   softvox compare FILE.toml --part 3/16 --out parts/3
   softvox merge parts/* --out results/all
-or by the workers of a Dask cluster (docs/cluster.md):
+or use the workers of a Dask cluster (docs/cluster.md):
   softvox compare FILE.toml --scheduler tcp://10.0.0.1:8786
   softvox compare FILE.toml --scheduler slurm --jobs 16
 """
@@ -125,12 +127,12 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "compare",
-        help="run an experiment: searchers against each other",
+        help="run an experiment that compares searchers or transfer methods",
         description=DESCRIPTION,
         epilog=EPILOG,
         usage="softvox compare FILE.toml [--out DIR] [--workers N] [options]",
     )
-    parser.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
+    parser.add_argument("file", type=Path, metavar="FILE.toml", help="describes the experiment")
     parser.add_argument(
         "--out",
         type=Path,
@@ -138,33 +140,36 @@ def add_parser(commands: Any) -> None:
         help=f"folder of results (default: {RESULTS}/NAME for NAME.toml)",
     )
     parser.add_argument(
-        "--workers", type=whole_number, metavar="N", help="processes (default: all cores)"
+        "--workers", type=whole_number, metavar="N", help="number of processes (default: all cores)"
     )
     parser.add_argument(
         "--scheduler",
         type=scheduler,
         metavar="WHERE",
-        help="let a Dask cluster do the runs: tcp://HOST:PORT, where its scheduler is; local, "
-        "started here with so many workers; slurm, started in jobs",
+        help="run on a Dask cluster: tcp://HOST:PORT, the address of its scheduler; local, started "
+        "here with --workers workers; or slurm, started in --jobs jobs",
     )
     parser.add_argument(
         "--jobs",
         type=whole_number,
         metavar="N",
-        help="of --scheduler slurm, each as dask-jobqueue is configured (default: 1)",
+        help="jobs of --scheduler slurm, each as dask-jobqueue is configured (default: 1)",
     )
     parser.add_argument(
-        "--part", type=part, metavar="K/N", help="only the K-th of N parts of the runs, no report"
+        "--part",
+        type=part,
+        metavar="K/N",
+        help="do only the K-th of N parts of the runs, without a report",
     )
     parser.add_argument(
-        "--force", action="store_true", help="throw earlier results in that folder away"
+        "--force", action="store_true", help="delete earlier results in the folder first"
     )
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--no-report", action="store_true", help="write no report")
     only.add_argument(
-        "--report-only", action="store_true", help="make the report anew from what is there"
+        "--report-only", action="store_true", help="only write the report, on the runs there are"
     )
-    only.add_argument("--check", action="store_true", help="only do some finished runs again")
+    only.add_argument("--check", action="store_true", help="only repeat some finished runs")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(run=run, parser=parser)
 
@@ -190,10 +195,11 @@ def run(args: Namespace) -> int:
     """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
     if args.workers and args.scheduler not in (None, "local"):
         raise BadInputError(
-            f"--workers is of processes on this machine; those of {args.scheduler} have theirs"
+            "--workers is for processes on this machine; leave it out with --scheduler "
+            f"{args.scheduler}"
         )
     if args.jobs and args.scheduler != "slurm":
-        raise BadInputError("--jobs goes with --scheduler slurm")
+        raise BadInputError("--jobs needs --scheduler slurm; give that as well")
     look_in(Path.cwd(), args.file.parent)
     with needs("compare"):
         from softvox_search.experiment.compare import compare
@@ -213,7 +219,9 @@ def run(args: Namespace) -> int:
     if not args.check:
         make_folder(folder)
     elif not folder.is_dir():
-        raise BadInputError(f"{folder} is not there, and has no finished runs to do again")
+        raise BadInputError(
+            f"{folder} doesn't exist, so no runs can be repeated; leave out --check"
+        )
     options = {"part": args.part, "check": args.check}
     workers = args.workers or default_threads()
     with writing(folder):

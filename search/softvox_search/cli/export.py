@@ -12,10 +12,10 @@ from softvox_search.cli.results import make_folder, needs
 
 DESCRIPTION = """\
 Write the results of softvox compare in the format of IOHprofiler, which
-IOHanalyzer and iohinspector read: a folder per searcher and policy, in it a
-JSON file and a data file per level of noise. Instances are the physics and
-shapes of the experiment, which instances.csv lists; the dimension is the number
-of sites; raw_y is the fitness that the searcher was told, voxel widths.
+IOHanalyzer and iohinspector read: a folder per searcher and policy, with a JSON
+file and a data file per level of noise. Instances are the physics and shapes of
+the experiment, listed in instances.csv; the dimension is the number of sites;
+raw_y is the fitness that the searcher received, in voxel widths.
 """
 
 
@@ -27,10 +27,10 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         usage="softvox export RESULTS --out DIR [--format ioh] [--force]",
     )
-    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of results")
-    parser.add_argument("--format", choices=("ioh",), default="ioh", help="(default: ioh)")
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of softvox compare")
+    parser.add_argument("--format", choices=("ioh",), default="ioh", help="format (default: ioh)")
     parser.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder to write")
-    parser.add_argument("--force", action="store_true", help="write into a folder with other files")
+    parser.add_argument("--force", action="store_true", help="allow a DIR that has other files")
     parser.set_defaults(run=run, parser=parser)
 
 

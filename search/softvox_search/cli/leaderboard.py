@@ -9,14 +9,14 @@ from typing import Any
 from softvox_search.cli.results import needs, warn
 
 DESCRIPTION = """\
-Show how the searchers of any number of folders of results stand, a table per
-problem (physics, shape, level of noise), best first. A run counts once.
-  value   median over the runs of what the recommended design is worth without
-          noise, voxel widths; best is the best of them
-  regret  what the median lacks to the optimum, voxel widths
+Rank the searchers in folders of results, best first, in a table per problem
+(physics, shape, level of noise). A run that is in several folders counts once.
+  value   median, over runs, of the recommended design's fitness without noise,
+          voxel widths; best is the largest of them
+  regret  difference of the median to the optimum, voxel widths
   found   share of the runs that evaluated an optimal design
-  ert     expected evaluations, cached ones left out, until that happened
-regret, found and ert are shown where the optimum is known: on 2x2x2.
+  ert     expected number of evaluations until then, not counting cached ones
+regret, found and ert are shown where the optimum is known, that is on 2x2x2.
 """
 
 
@@ -24,11 +24,13 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "leaderboard",
-        help="how searchers stand, from folders of results",
+        help="rank searchers, from folders of results",
         description=DESCRIPTION,
         usage="softvox leaderboard RESULTS... [--json | --csv]",
     )
-    parser.add_argument("results", type=Path, nargs="+", metavar="RESULTS", help="folder")
+    parser.add_argument(
+        "results", type=Path, nargs="+", metavar="RESULTS", help="folders of softvox compare"
+    )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print JSON")
     form.add_argument("--csv", action="store_true", help="print CSV")

@@ -11,10 +11,11 @@ from softvox_search.cli.own_code import look_in
 from softvox_search.cli.results import check_report, make_folder, needs, report, warn, writing
 
 DESCRIPTION = """\
-Put together what softvox compare FILE.toml --part K/N has written, into one
-folder or several, and write the report. The result is the same bytes, but for
-manifest.json, as that of one softvox compare. Where runs are still missing the
-others are kept, the exit status is 1, and the command that does them is named.
+Merge the parts of an experiment, from one or more folders that softvox compare
+FILE.toml --part K/N has written, and write the report. The result has the same
+bytes as that of a single softvox compare, except in manifest.json. If runs are
+still missing, the others are kept, the exit status is 1, and the command that
+does the missing ones is named.
 """
 
 
@@ -22,14 +23,16 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "merge",
-        help="put the parts of an experiment together",
+        help="merge the parts of an experiment",
         description=DESCRIPTION,
         usage="softvox merge DIR... --out ALL [options]",
     )
-    parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="with parts")
-    parser.add_argument("--out", type=Path, metavar="ALL", required=True, help="folder of results")
     parser.add_argument(
-        "--force", action="store_true", help="throw earlier results in that folder away"
+        "folders", type=Path, nargs="+", metavar="DIR", help="folders with the parts"
+    )
+    parser.add_argument("--out", type=Path, metavar="ALL", required=True, help="folder to write")
+    parser.add_argument(
+        "--force", action="store_true", help="delete earlier results in the folder first"
     )
     parser.add_argument("--no-report", action="store_true", help="write no report")
     parser.set_defaults(run=run, parser=parser)

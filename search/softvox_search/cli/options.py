@@ -46,26 +46,27 @@ def add_method_options(parser: ArgumentParser, *, task: str, heading: str) -> No
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="of the method, with a value as in TOML; may be given several times",
+        help="an option of the method, with a TOML value; may be given several times",
     )
     parser.add_argument(
         "--task",
         default=task,
         metavar="NAME",
-        help="directed, along a heading, or displacement, in any direction (default: %(default)s)",
+        help="directed (travel along a heading) or displacement (in any direction) (default: "
+        "%(default)s)",
     )
     parser.add_argument(
         "--heading",
         type=number,
         metavar="DEG",
-        help=f"of the directed task, degrees from x towards y (default: {heading})",
+        help=f"heading of the directed task, degrees from +x towards +y (default: {heading})",
     )
     parser.add_argument(
         "--seed",
         type=not_negative,
         default=0,
         metavar="N",
-        help="of all random numbers (default: %(default)s)",
+        help="seed of all random numbers (default: %(default)s)",
     )
 
 

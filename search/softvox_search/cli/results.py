@@ -13,7 +13,7 @@ from softvox_gym.files import OutputError, check_folder
 from softvox_gym.missing import missing
 from softvox_search.cli.own_code import prints_aside
 
-KEPT = "what is done is kept; the same command goes on"
+KEPT = "finished work is kept; the same command continues"
 
 #: Say a warning of one line.
 warn = partial(complain, "warning")

@@ -29,45 +29,45 @@ from softvox_search.registry import REGISTRY
 KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
 DESCRIPTION = """\
-Let a searcher look for the fittest robot, and hold what it recommends against
-all 6561: its fitness, its regret (what it lacks to the best), its rank, when
-it was found, and a picture of it after its run. On another lattice, --shape,
-the best is not known, and regret and rank are left out. With --phases 2 it is
-known, with others once "softvox landscape --phases P" was run.
+Run a searcher that looks for the fittest robot, and compare the design that it
+recommends with all 6561: its fitness, its regret (the difference to the best),
+its rank, and when it was found. On another lattice (--shape) the best is not
+known, and regret and rank are left out. With --phases 2 it is known, with more
+phases once you have run "softvox landscape --phases P".
 
-With --noise every evaluation is a fresh draw; "believed" is then what the
-searcher thinks that its recommendation is worth. The switches against luck
-are --running-mean, --reevaluate-parents and --final-stage.
+With --noise every evaluation is a new draw, and "believed" is the fitness that
+the searcher expects of its recommendation. --running-mean, --reevaluate-parents
+and --final-stage are remedies against lucky draws.
 
-The picture goes to search-NAME-SEED.png, under noise to
-search-NAME-SEED-noise-LEVEL.png, in place of an earlier one, unless --picture
-names another file.
+A picture of the robot after its run is written to search-NAME-SEED.png, or
+search-NAME-SEED-noise-LEVEL.png with --noise, and replaces an earlier one;
+--picture names another file.
 
 A searcher of your own, --searcher package.module:name, is a class with ask or a
-function f(evaluate, space, rng). It is looked for among what is installed, on
-PYTHONPATH and in the current folder. What it prints goes to standard error.
+function f(evaluate, space, rng). It may be an installed package, or a module on
+PYTHONPATH or in the current folder. What it prints goes to standard error.
 """
 
 SWITCHES = ("running_mean", "reevaluate_parents", "final_stage")
 
 HELP = {
-    "option": "of the searcher, as in TOML; may be given several times",
-    "shape": "the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
-    "phases": "of active voxels, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
-    "seed": "of all random numbers (default: 0)",
-    "budget": "different designs; with noise, evaluations (default: %(default)s)",
-    "evaluations": "at most so many evaluations, repeated ones included "
-    "(default: 20 times the budget)",
-    "noise": "of JakobiNoise; 1 is the assumed reality. What the designs are worth under noise is "
-    f"known at {KNOWN}",
-    "running_mean": "with noise: tell the mean of all draws of a design",
-    "reevaluate_parents": "with noise: evaluate parents anew in every generation",
+    "option": "an option of the searcher, with a TOML value; may be given several times",
+    "shape": "shape of the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
+    "phases": "number of phases, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
+    "seed": "seed of all random numbers (default: 0)",
+    "budget": "number of different designs; with noise, of evaluations (default: %(default)s)",
+    "evaluations": "maximum number of evaluations, including repeated ones (default: 20 times the "
+    "budget)",
+    "noise": "level of JakobiNoise; 1 is the assumed reality. The true values under noise are "
+    f"known for {KNOWN}",
+    "running_mean": "with noise: report the mean of all draws of a design to the searcher",
+    "reevaluate_parents": "with noise: evaluate parents again in every generation",
     "final_stage": "with noise: spend the end of the budget on the ten best",
     "json": "print JSON",
-    "out": "also save every evaluation, .csv or .parquet",
-    "picture": "where the picture goes; one that exists is only replaced with --force",
-    "no_picture": "draw none",
-    "force": "replace files named here that exist",
+    "out": "also save every evaluation, as .csv or .parquet",
+    "picture": "file of the picture; an existing one is replaced only with --force",
+    "no_picture": "draw no picture",
+    "force": "replace existing files named by --out or --picture",
     "quiet": "no progress bar",
 }
 
@@ -76,13 +76,13 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "search",
-        help="one run of one searcher: the best robot that it finds",
+        help="run one searcher, and report the best robot that it finds",
         description=DESCRIPTION,
         usage="softvox search --searcher NAME [--seed N] [--budget N] [options]",
     )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--searcher", metavar="NAME", help="from --list, or your own as package.module:name"
+        "--searcher", metavar="NAME", help="one of --list, or your own as package.module:name"
     )
     what.add_argument("--list", action="store_true", help="list the searchers with their options")
     whole = {"type": whole_number, "metavar": "N"}
@@ -129,7 +129,7 @@ def _search(args: Namespace) -> int:
     for switch in SWITCHES:
         if args.noise is None and getattr(args, switch):
             option = "--" + switch.replace("_", "-")
-            raise BadInputError(f"{option} is against noise, and there is none; give --noise LEVEL")
+            raise BadInputError(f"{option} works with noise only; give --noise LEVEL as well")
     if args.noise is not None and not 0 <= args.noise < inf:
         raise BadInputError(f"--noise must be a number that is not negative, got {args.noise:g}")
     name = name_in_files(args.searcher)

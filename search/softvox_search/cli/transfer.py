@@ -36,29 +36,30 @@ if TYPE_CHECKING:
     from softvox_search.transfer import TransferRun
 
 DESCRIPTION = """\
-Let a method find a design for a reality that it knows by tests alone. It has
-the nominal simulator, tries a design in reality, and recommends one after
-every test. Told is what is lost by building that one: its regret, a share of
-what the best design there is worth, above 1 where it goes the wrong way; and
-the class regret, where a robot may be turned or mirrored before it is let go.
+Run a transfer method, which looks for a design for a reality that it knows from
+tests alone. It has the nominal simulator, tests one design after another in
+reality, and recommends a design after every test. The output has the regret of
+this recommendation: what is lost by building it, as a share of what the best
+design in reality is worth, above 1 if it goes the wrong way. The class regret
+is the same if the robot may be turned or mirrored before it starts.
 
-The directed task is told for four headings, 0, 90, 180 and 270 degrees, and on
-average, unless --heading names one. softvox reality --list has the realities.
+The directed task is run for four headings, 0, 90, 180 and 270 degrees, and
+averaged, unless --heading gives one. softvox reality --list has the realities.
 
-The picture goes to transfer-METHOD-REALITY-SEED.png, in place of an earlier
-one, unless --out names another file.
+The picture is written to transfer-METHOD-REALITY-SEED.png, and replaces an
+earlier one; --out names another file.
 
 A method of your own, --method package.module:name, is a class with ask, or a
-function f(test, simulator, task, rng); docs/transfer.md has both. It is looked
-for among what is installed, on PYTHONPATH and in the current folder. What it
-prints goes to standard error.
+function f(test, simulator, task, rng); docs/transfer.md shows both. It may be
+an installed package, or a module on PYTHONPATH or in the current folder. What
+it prints goes to standard error.
 
---trials DIR makes a reality of what was measured, the trials of a folder
-(softvox trials) or some of them, as --surface acrylic chooses. Designs that
-nobody measured can't be tested; where one is recommended, regret is unknown.
-Headings that none of the robots goes to are left out. All robots, real and
-simulated, are looked at after as many cycles as the shortest run has; --cycles
-90:23 looks at real ones after 90 and at simulated ones after 23.
+With --trials DIR, the reality is that of the trials in a folder (softvox
+trials), or of some of them, as --surface acrylic selects. Designs that were not
+measured can't be tested; if one is recommended, its regret is unknown. Headings
+to which no robot goes are left out. All robots, real and simulated, are
+compared after as many cycles as the shortest run has; --cycles 90:23 compares
+real ones after 90 with simulated ones after 23.
 """
 
 #: The reality, where none is named.
@@ -78,7 +79,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "transfer",
-        help="try designs in a reality, and see what a method makes of it",
+        help="run a method that finds a design by a few tests in a reality",
         description=DESCRIPTION,
         usage="softvox transfer [--method NAME] [--reality NAME | --trials DIR]\n"
         "                        [--tests N] [options]",
@@ -87,36 +88,36 @@ def add_parser(commands: Any) -> None:
         "method": {
             "default": "ite",
             "metavar": "NAME",
-            "help": "from --list, or your own as package.module:name (default: %(default)s)",
+            "help": "one of --list, or your own as package.module:name (default: %(default)s)",
         },
         "list": {"action": "store_true", "help": "list the methods with their options"},
         "reality": {
             "metavar": "NAME",
-            "help": f"a named one, or of a set, as public-0 (default: {DEFAULT})",
+            "help": f"a named reality, or one of a set, as public-0 (default: {DEFAULT})",
         },
         "tests": {
             "type": whole_number,
             "metavar": "N",
-            "help": "in reality, per heading (default: 20, or all that were measured)",
+            "help": "tests in reality, per heading (default: 20, or as many as were measured)",
         },
         "noise": {
             "type": number,
             "default": 0.0,
             "metavar": "X",
-            "help": "standard deviation of dx and dy as measured, voxel widths (default: 0)",
+            "help": "standard deviation of measured dx and dy, voxel widths (default: 0)",
         },
         "simulations": {
             "type": not_negative,
             "metavar": "N",
-            "help": "designs that may be simulated, per heading (default: any number)",
+            "help": "maximum number of simulated designs, per heading (default: no limit)",
         },
         "json": {"action": "store_true", "help": "print JSON"},
         "out": {
             "type": Path,
             "metavar": "FILE.png",
-            "help": "where the picture goes; one that exists is only replaced with --force",
+            "help": "file of the picture; an existing one is replaced only with --force",
         },
-        "no-picture": {"action": "store_true", "help": "draw none"},
+        "no-picture": {"action": "store_true", "help": "draw no picture"},
         "force": {"action": "store_true", "help": "replace FILE.png where it exists"},
         "quiet": {"action": "store_true", "help": "no progress bar"},
     }
@@ -180,7 +181,7 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
     if args.reality is not None and args.trials is not None:
-        raise BadInputError("--reality and --trials both say what is real; give one of them")
+        raise BadInputError("give either --reality or --trials, not both")
     if (made := measured_of(args)) is not None:
         return made
     with bad_input("--reality:"):
@@ -194,7 +195,9 @@ def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
     way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
     words = f"no robot of --trials goes {way}"
     if not made:
-        raise BadInputError(f"{words}, so no regret is known; give others, or another --heading")
+        raise BadInputError(
+            f"{words}, so the regret is unknown; give other trials, or another --heading"
+        )
     if lost:
         complain("warning", f"{words}; left out")
     return made

@@ -1,1 +1,1 @@
-"""The searchers that are compared, one to a module; each is loaded when it is asked for."""
+"""The searchers that come with the package, one per module, loaded on first use."""

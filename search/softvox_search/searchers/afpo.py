@@ -10,27 +10,27 @@ from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
 
 
 class Afpo(Evolutionary):
-    """Young designs are spared the competition with old ones: the fit and the young survive.
+    """Age-fitness Pareto optimisation: the fit and the young survive.
 
-    As the field of soft robots uses it: in every generation each survivor ages by one and has one
-    mutated child that inherits its age, and one newcomer of age 0 is drawn at random. Of them all
-    those survive that no other dominates by being as fit and as young and better in one of the
-    two; then the next front, until the population is full. Of the front that does not fit as a
-    whole the fittest survive.
+    As used for soft robots: in every generation each survivor ages by one and has one mutated child
+    that inherits its age, and one newcomer of age 0 is drawn at random. Of all these, the designs
+    survive that no other dominates by being as fit and as young and better in one of the two; then
+    the next front, until the population is full. If a front does not fit as a whole, its fittest
+    survive.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Survivors of every generation.
+        Number of survivors in every generation.
     mutation : float
-        Probability of each digit of a child to change; at least one always does.
+        Probability that each digit of a child changes; at least one always does.
 
     Notes
     -----
-    The fronts are DEAP's generalisation of the sorting of Jensen, *Reducing the run-time
-    complexity of multiobjective EAs*, 2003: for a hundred individuals ten times as fast as
+    The fronts come from DEAP's generalisation of the sorting of Jensen, *Reducing the run-time
+    complexity of multiobjective EAs*, 2003: ten times as fast for a hundred individuals as
     comparing all pairs.
 
     Source

@@ -13,11 +13,11 @@ from softvox_search.protocol import Designs
 
 
 class CatCma(Adapter):
-    """CatCMA with margin, restarted when it has converged.
+    """CatCMA with margin, restarted on convergence.
 
-    Of the ``cmaes`` library's two variants this is the one that works without continuous variables.
-    It has no stopping rule for categorical ones, so here a generation that holds nothing new counts
-    as converged, and the distribution is made uniform again.
+    This is the one of the ``cmaes`` library's two variants that works without continuous variables.
+    It has no stopping rule for categorical ones, so here a generation without a new design counts
+    as converged, and the distribution is reset to uniform.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class CatCma(Adapter):
     Raises
     ------
     ImportError
-        Where cmaes is not installed.
+        If cmaes is not installed.
 
     Source: Hamano, Saito, Nomura, Uchida & Shirakawa, *CatCMA: stochastic optimization for
     mixed-category problems*, GECCO 2024; https://github.com/CyberAgentAILab/cmaes.

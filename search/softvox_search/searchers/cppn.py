@@ -1,4 +1,4 @@
-"""Evolution of networks that draw a robot: a compositional pattern-producing network (CPPN)."""
+"""Evolution of compositional pattern-producing networks (CPPNs), which draw robots."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 #: x, y, z, the distance from the centre, and a bias.
 INPUTS = 5
 
-#: Squares stay below, so that those of squares don't overflow.
+#: Squares are capped here, so that squares of squares don't overflow.
 MOST = 1e6
 
-#: Networks tried for one whose design was not proposed yet.
+#: Most networks tried to find one whose design was not proposed yet.
 TRIES = 50
 
-#: What a node makes of the sum of its inputs. Only arithmetic and roots, which give the same bits
-#: on every machine: a triangle wave for the sine, rational bells and sigmoids for exponentials.
+#: Functions of a node's summed inputs. Only arithmetic and roots, which give the same bits on every
+#: machine: a triangle wave for the sine, rational bells and sigmoids for exponentials.
 FUNCTIONS: dict[str, Callable[[Array], Array]] = {
     "sum": lambda x: x,
     "absolute": np.abs,
@@ -43,14 +43,14 @@ NAMES = tuple(FUNCTIONS)
 
 @dataclass(frozen=True)
 class Network:
-    """A network without loops: nodes in order, the `INPUTS` first, links from earlier to later.
+    """A network without loops: nodes in order, the `INPUTS` first, and links to later nodes.
 
     Attributes
     ----------
     functions : tuple of str
-        Of the nodes after the inputs; those of the outputs, the last ones, are "sum".
+        Functions of the nodes after the inputs; the outputs, the last ones, have "sum".
     links : dict of (int, int) to float
-        The weight of each link, by the places of its two nodes.
+        The weight of each link, by the indices of its two nodes.
     outputs : int
     """
 
@@ -60,18 +60,18 @@ class Network:
 
     @classmethod
     def random(cls, outputs: int) -> Network:
-        """Return one that links every input with every output, with random weights."""
+        """Return a network that links every input to every output, with random weights."""
         ends = range(INPUTS, INPUTS + outputs)
         links = {(a, b): random.uniform(-1, 1) for b in ends for a in range(INPUTS)}
         return cls(("sum",) * outputs, links, outputs)
 
     @property
     def hidden(self) -> range:
-        """The places of the nodes that are neither inputs nor outputs."""
+        """The indices of the nodes that are neither inputs nor outputs."""
         return range(INPUTS, INPUTS + len(self.functions) - self.outputs)
 
     def __call__(self, inputs: Array) -> Array:
-        """Return the outputs, shape (outputs, n), of inputs of shape (INPUTS, n)."""
+        """Return the outputs, shape (outputs, n), for inputs of shape (INPUTS, n)."""
         values = list(inputs)
         for place, name in enumerate(self.functions, start=INPUTS):
             total = np.zeros(inputs.shape[1])
@@ -82,22 +82,23 @@ class Network:
         return np.array(values[-self.outputs :])
 
     def mutated(self, structure: float) -> Network:
-        """Return a copy in which one thing differs, drawn from Python's global `random`.
+        """Return a copy with one change, drawn from Python's global `random`.
 
-        With a probability of `structure` a node or a link is added or, half as often, removed; else
-        a weight or a node's function is another. The same where there is none to be changed.
+        With a probability of `structure` a node or a link is added or, half as often, removed;
+        otherwise a weight or a node's function changes. Without anything to change, the copy is
+        equal.
         """
         changes = [_weigh, _weigh, _choose_function]
         if random.random() < structure:
             changes = 2 * [_add_node, _add_link] + [_remove_node, _remove_link]
         try:
             return random.choice(changes)(self)
-        except IndexError:  # of a choice among none
+        except IndexError:  # from a choice among none
             return self
 
 
 def _add_node(network: Network) -> Network:
-    """Put a node into a link, as NEAT does: the link into it weighs 1, that out of it as before."""
+    """Split a link by a node, as NEAT does: the link in has weight 1, the link out the old one."""
     source, target = random.choice(list(network.links))
     place = max(source + 1, INPUTS)
     links = dict(network.links)
@@ -144,10 +145,10 @@ def _weigh(network: Network) -> Network:
 
 
 def coordinates(space: Lattice) -> Array:
-    """Return what a network is given of every site, shape (INPUTS, sites).
+    """Return the inputs of a network for every site, shape (INPUTS, sites).
 
-    x, y and z from -1 to 1 (0 where the lattice is one voxel thick), the distance from the centre
-    in the same unit, and 1.
+    x, y and z from -1 to 1 (0 if the lattice is one voxel thick), the distance from the centre in
+    the same unit, and 1.
     """
     axes = [(2.0 * np.arange(side) - (side - 1)) / max(side - 1, 1) for side in space]
     x, y, z = (space.to_rows(axis) for axis in np.meshgrid(*axes, indexing="ij"))
@@ -157,8 +158,8 @@ def coordinates(space: Lattice) -> Array:
 def drawn(network: Network, inputs: Array, space: Lattice) -> list[int]:
     """Return the digits of the robot that a network draws.
 
-    A voxel is where the first output is above 0, of the kind whose output is the largest of the
-    others. Of several pieces the largest stays, of equal ones that of the first site.
+    A site has a voxel if the first output is above 0; the largest of the other outputs decides its
+    kind. If there are several pieces, only the largest stays, or the one with the first site.
     """
     presence, *kinds = network(inputs)
     digits = np.where(presence > 0, 1 + np.argmax(kinds, axis=0), 0)
@@ -176,41 +177,41 @@ class Drawn(Individual):
     network: Network
 
     def clone(self) -> Drawn:
-        """Return a copy that can be varied without touching this one; not evaluated yet."""
+        """Return an independent copy, not yet evaluated."""
         made = Drawn(self, type(self.fitness)(), self.age)
         made.network = self.network
         return made
 
 
 class Cppn(Afpo):
-    """Age-fitness Pareto optimisation of networks (CPPN) that say what is at each place.
+    """Age-fitness Pareto optimisation of networks (CPPNs) that map each site to a voxel.
 
-    A network is given a site's x, y and z, its distance from the centre, and a bias. Its first
-    output says whether a voxel is there, the others of which kind: the largest wins. So a design
-    has the regularities that functions of place have, such as symmetry and stripes, and the same
-    network draws it on any lattice. The largest piece alone is kept.
+    A network gets a site's x, y and z, its distance from the centre, and a bias. Its first output
+    decides whether a voxel is there, the others of which kind: the largest wins. So a design has
+    the regularities of functions of position, such as symmetry and stripes, and the same network
+    draws it on any lattice. Only the largest piece is kept.
 
-    The first networks link all inputs with all outputs and are mutated a few times. A mutation adds
-    or removes a node or a link, or changes a weight or a node's function. Most change nothing of
-    the design: a child is mutated until its design is not empty and was not proposed before, at
-    most fifty times. Selection is that of `afpo`.
+    The first networks link all inputs to all outputs and are mutated a few times. A mutation adds
+    or removes a node or a link, or changes a weight or a node's function. Most mutations leave the
+    design unchanged, so a child is mutated until its design is not empty and was not proposed
+    before, at most fifty times. Selection is that of `afpo`.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Survivors of every generation.
+        Number of survivors in every generation.
     structure : float
-        Probability that a mutation adds or removes, rather than changes a weight or a function.
+        Probability that a mutation adds or removes a node or link instead of changing one.
     start : int
-        Mutations of each of the first networks, all of which add or remove.
+        Number of mutations of each of the first networks, all of which add or remove something.
 
     Notes
     -----
-    As in the papers, but for three things: no crossover and no species, as selection by age keeps
-    diversity; functions that are sums, products, roots and roundings only, which give the same bits
-    on every machine; and activity in place of several materials.
+    As in the papers, with three exceptions: no crossover and no species, because selection by age
+    keeps diversity; only functions that are sums, products, roots and roundings, which give the
+    same bits on every machine; and active or passive voxels instead of several materials.
 
     Source
     ------
@@ -248,7 +249,7 @@ class Cppn(Afpo):
     def _newcomer(self) -> Drawn:
         made = Drawn((), self.fitness())
         for _ in range(TRIES):
-            # Presence, and one for each kind of voxel: as many as a site has states with absent.
+            # Presence, and one per kind of voxel: as many as the states of a site, absent included.
             made.network = Network.random(getattr(self.space, "states", 3))
             for _ in range(self._start):
                 made.network = made.network.mutated(1.0)
@@ -258,7 +259,7 @@ class Cppn(Afpo):
         return made
 
     def _mutate(self, child: Drawn) -> tuple[Drawn]:
-        """Mutate a network until its design is new, in place; anew where it came to be empty."""
+        """Mutate a network until its design is new, in place; start again if it becomes empty."""
         parent = child.network
         for _ in range(TRIES):
             child.network = (child.network if any(child) else parent).mutated(self._structure)
@@ -268,7 +269,7 @@ class Cppn(Afpo):
         return (child,)
 
     def _is_new(self, digits: list[int]) -> bool:
-        """Return whether a design is not empty and was not proposed before; now it was."""
+        """Return whether a design is not empty and was not proposed before, and record it."""
         before = len(self._proposed)
         self._proposed.add(bytes(digits))
         return any(digits) and len(self._proposed) > before

@@ -10,7 +10,7 @@ from softvox_search.protocol import Designs, SearcherBase
 
 
 class Exhaustive(SearcherBase):
-    """Asks for every design once, by number, and then for nothing more.
+    """Asks for every design once, in order of number.
 
     In random order it is `RandomSearch` without replacement.
 
@@ -20,12 +20,12 @@ class Exhaustive(SearcherBase):
     rng : numpy.random.Generator
         Unused.
     batch : int
-        How many designs to ask for at a time.
+        Number of designs to ask for at a time.
 
     Raises
     ------
     TypeError, ValueError
-        For a batch that is no positive whole number.
+        If the batch is no positive whole number.
     """
 
     def __init__(self, space: Lattice, rng: np.random.Generator, *, batch: int = 64) -> None:
@@ -35,7 +35,7 @@ class Exhaustive(SearcherBase):
         self._asked = 0
 
     def ask(self, n: int | None = None) -> Designs:
-        """Return the designs next by number, shape (n, sites); none after the last."""
+        """Return the next designs by number, shape (n, sites); none after the last."""
         first = self._asked
         self._asked = min(self.space.n_designs, first + (self._batch if n is None else n))
         kind = np.int64 if self.space.has_int64_numbers else object

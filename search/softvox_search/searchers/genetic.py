@@ -11,23 +11,23 @@ from softvox_search.evolution import Evolutionary, Individual
 
 
 class GeneticAlgorithm(Evolutionary):
-    """Tournament selection, uniform crossover, mutation; the elite goes on unchanged.
+    """Tournament selection, uniform crossover and mutation; the elite survives unchanged.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Individuals in a generation, the elite included.
+        Number of individuals in a generation, the elite included.
     elite : int
-        How many of the fittest go on into the next generation.
+        Number of the fittest that survive into the next generation.
     tournament : int
-        How many take part in the tournament for one parent's place.
+        Number of individuals in the tournament for one parent.
     crossover : float
         Probability that a pair of children swaps digits.
     mutation : float, optional
-        Probability of each digit of a child to change; at least one always does. One in so many as
-        there are sites where None.
+        Probability that each digit of a child changes; at least one always does. By default one
+        over the number of sites.
 
     Source
     ------

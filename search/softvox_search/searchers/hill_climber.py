@@ -12,28 +12,28 @@ from softvox_search.searchers.random_search import Urn
 
 
 class HillClimber(SearcherBase):
-    """Climbs to better neighbours; where none is better, restarts from a random unknown design.
+    """Climbs to better neighbours; if none is better, restarts from a random unknown design.
 
-    It stands on one design and asks for some of its neighbours, one digit away, that it doesn't
-    know yet, in random order. As soon as a neighbour is known to be better it moves, to the best
-    one known. It never asks for a design twice, and walks through what it knows for free. Under
-    noise as well: there a value told once is believed until another is told. When all designs are
-    known it asks for nothing more.
+    It stands on one design and asks for some of the neighbours, one digit away, that it doesn't
+    know yet, in random order. As soon as it knows a better neighbour it moves, to the best known
+    one. It never asks for a design twice, and moves through known designs at no cost, even under
+    noise: it believes a value told once until it is told another. When it knows all designs it asks
+    for nothing more.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     batch : int
-        How many neighbours to ask for before moving: 1 is first improvement, all of them (two for
-        every site, and one more for every further phase) is steepest ascent. On the 2x2x2 landscape
-        the optimum is found after 2482 (1), 2381 (4), 2282 (8) and 2392 (16) designs on average
-        over 800 runs, with standard errors of 52 to 62.
+        Number of neighbours to ask for before moving: 1 is first improvement, all of them (two per
+        site, and one more for every further phase) is steepest ascent. On the 2x2x2 landscape it
+        finds the optimum after 2482 (1), 2381 (4), 2282 (8) and 2392 (16) designs on average over
+        800 runs, with standard errors of 52 to 62.
 
     Raises
     ------
     TypeError, ValueError
-        For a batch that is no whole number from 1 to the number of neighbours.
+        If the batch is no whole number from 1 to the number of neighbours.
     """
 
     def __init__(self, space: Lattice, rng: np.random.Generator, *, batch: int = 8) -> None:
@@ -60,15 +60,15 @@ class HillClimber(SearcherBase):
         return self._point[~np.isnan(self.known(self._point))]
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Believe newer values of designs."""
+        """Store newer values of designs."""
         super().tell(designs, values, info)
 
     def _climb(self) -> None:
-        """Move until something must be asked: better, or anew where nothing better is left."""
+        """Move uphill, restarting at each local optimum, until a design must be asked for."""
         while len(self.parents()):
             around = neighbours(self._point[0], self.space.states)
             values = self.known(around)
-            better = values > self.known(self._point)  # False where unknown
+            better = values > self.known(self._point)  # False if unknown
             if better.any():
                 self._point = around[[np.argmax(np.where(better, values, -np.inf))]]
             elif np.isnan(values).any():

@@ -12,14 +12,14 @@ from softvox_search.evolution import mutate, mutation_rate, rows
 from softvox_search.global_random import GlobalRandom, library
 from softvox_search.protocol import Designs, Info, SearcherBase, keys_of
 
-#: Headings are told apart by so many sectors; number k is centred on k / SECTORS of a full turn
-#: from +x towards +y, so that a robot that walks straight along an axis is on no boundary.
+#: Number of sectors of headings; sector k is centred on k / SECTORS of a full turn from +x towards
+#: +y, so that a robot that walks straight along an axis is on no boundary.
 SECTORS = 8
 
 #: The "sector" of a design without a heading.
 NOWHERE = SECTORS
 
-#: Who travels less, voxel widths, has no heading: a tenth of a millimetre.
+#: Voxel widths; a robot that travels less has no heading. A tenth of a millimetre.
 STILL = 0.01
 
 
@@ -27,22 +27,22 @@ class MapElites(SearcherBase):
     """Keeps the fittest design known for every (n_voxels, n_active, heading).
 
     The heading is the sector of a circle into which the design travels. A design that diverged or
-    hardly moved (`STILL`) has none, and the cells of such designs are apart. Children are mutants
+    hardly moved (`STILL`) has none, and cells of their own hold such designs. Children are mutants
     of elites drawn uniformly, with replacement.
 
-    Under noise, `parents` are the elites of which the designs asked for last were bred, not all:
-    there may be hundreds. One that turns out to head elsewhere moves to the cell of that heading,
-    if it is fitter than who is there.
+    Under noise, `parents` are not all elites, as there may be hundreds, but only the parents of the
+    latest batch. An elite that turns out to head elsewhere moves to the cell of that heading, if it
+    is fitter than the elite there.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Designs in a batch; those of the first are drawn at random.
+        Number of designs in a batch; the first batch is drawn at random.
     mutation : float, optional
-        Probability of each digit of a child to change; at least one always does. One in so many as
-        there are sites where None.
+        Probability that each digit of a child changes; at least one always does. By default one
+        over the number of sites.
 
     Source
     ------
@@ -62,7 +62,7 @@ class MapElites(SearcherBase):
         self._mutation = mutation_rate(mutation, space)
         self._size = population
         self._random = GlobalRandom(rng)
-        self._n_random = population  # left to be told of the first batch
+        self._n_random = population  # of the first batch, still to be told
         self._bred_of: Designs = np.zeros((0, space.sites), dtype=np.int64)
         dims = (space.sites + 1, space.sites + 1, SECTORS + 1)
         self._archive = library("ribs.archives").GridArchive(
@@ -87,7 +87,7 @@ class MapElites(SearcherBase):
             )
 
     def tell(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Let the designs compete for their cells."""
+        """Store the values, and let the designs compete for their cells."""
         super().tell(designs, values, info)
         self._n_random = max(0, self._n_random - len(designs))
         self._archive.add(designs, values, kinds(designs, info))
@@ -103,11 +103,11 @@ class MapElites(SearcherBase):
         )
 
     def parents(self) -> Designs:
-        """Return the elites of which the designs asked for last were bred, each once."""
+        """Return the parents of the designs asked for last, each once."""
         return np.unique(self._bred_of, axis=0)
 
     def refresh(self, designs: Designs, values: NDArray[np.float64], info: Info) -> None:
-        """Take newer values and headings for elites; others are only remembered."""
+        """Take newer values and headings of elites; those of others are only stored."""
         super().tell(designs, values, info)
         known, objectives, found = self.elites()
         elites, newer = set(keys_of(known)), set(keys_of(designs))

@@ -11,23 +11,23 @@ from softvox_search.evolution import Evolutionary, Individual
 
 
 class MuPlusLambda(Evolutionary):
-    """Parents are drawn by lot; the fittest of parents and offspring together survive.
+    """Parents are drawn uniformly; the fittest of parents and offspring together survive.
 
-    Of equally fit ones offspring come first, so that the population can drift where mutations make
-    no difference.
+    Among equally fit designs offspring come first, so that the population can drift where mutations
+    make no difference.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Survivors of every generation, mu.
+        Number of survivors in every generation, mu.
     offspring : int
-        Children in every generation, lambda.
+        Number of children in every generation, lambda.
     crossover : float
         Probability that a pair of children swaps digits.
     mutation : float
-        Probability of each digit of a child to change; at least one always does.
+        Probability that each digit of a child changes; at least one always does.
 
     Source
     ------

@@ -14,27 +14,27 @@ from softvox_search.protocol import Designs
 
 
 class Nevergrad(Adapter):
-    """One of Nevergrad's optimisers, over a choice of a digit per site.
+    """An optimiser of Nevergrad, over a choice of one digit per site.
 
-    Asks for one design at a time, known ones included. The choices are ``TransitionChoice``, as
-    Nevergrad's documentation proposes for discrete variables; ``Choice`` has a weight per digit and
-    draws by it, which here left the discrete optimisers no better than random search.
+    Asks for one design at a time, including known ones. The choices are ``TransitionChoice``, as
+    Nevergrad's documentation recommends for discrete variables; ``Choice`` has a weight per digit
+    and samples by it, which here left the discrete optimisers no better than random search.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     optimizer : str
-        A name of ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
-        documentation proposes with these; it ignores the order of the digits. Made without a
-        budget, so not for those that need to know it.
+        A name in ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
+        documentation recommends for these variables; it ignores the order of the digits. It gets no
+        budget, so optimisers that need one do not work.
 
     Raises
     ------
     ImportError
-        Where nevergrad is not installed.
+        If nevergrad is not installed.
     ValueError
-        For an optimizer that Nevergrad doesn't have.
+        If Nevergrad has no such optimizer.
 
     Source: https://facebookresearch.github.io/nevergrad/machinelearning.html
     """

@@ -11,21 +11,21 @@ from softvox_search.evolution import Evolutionary, Individual, ValueAndCost
 
 
 class Nsga2(Evolutionary):
-    """Fitness is maximised and the number of active voxels minimised, both at once.
+    """Maximises fitness and minimises the number of active voxels at once.
 
-    Its recommendation is the fittest all the same, so that it can be compared with the others.
+    It still recommends the fittest design, so that it can be compared with the others.
 
     Parameters
     ----------
     space : Lattice
     rng : numpy.random.Generator
     population : int
-        Survivors of every generation, and children; a multiple of 4, as the tournament by
-        dominance and crowding distance takes four at a time.
+        Number of survivors, and of children, in every generation; a multiple of 4, because the
+        tournament by dominance and crowding distance takes four at a time.
     crossover : float
         Probability that a pair of children swaps digits.
     mutation : float
-        Probability of each digit of a child to change; at least one always does.
+        Probability that each digit of a child changes; at least one always does.
 
     Source
     ------

@@ -12,9 +12,9 @@ from softvox_search.protocol import Designs, SearcherBase, keys_of, rows_of
 
 
 class RandomSearch(SearcherBase):
-    """Asks for designs drawn uniformly, of all or of those not drawn yet.
+    """Asks for designs drawn uniformly, from all or from those not drawn yet.
 
-    Without replacement the first of k optima is expected as evaluation (N + 1) / (k + 1) of N
+    Without replacement the first of k optima is expected at evaluation (N + 1) / (k + 1) of N
     designs, with the variance k (N - k) (N + 1) / ((k + 1)^2 (k + 2)): it is the smallest of k
     numbers drawn without replacement from 1 ... N. With replacement the expectation is N / k.
 
@@ -23,14 +23,14 @@ class RandomSearch(SearcherBase):
     space : Lattice
     rng : numpy.random.Generator
     replacement : bool
-        Whether a design may be drawn again. If not, nothing is asked after the last.
+        Whether a design may be drawn again. If not, it asks for nothing after the last.
     batch : int
-        How many designs to ask for at a time.
+        Number of designs to ask for at a time.
 
     Raises
     ------
     TypeError, ValueError
-        For an option of the wrong type, or a batch that is not positive.
+        If an option has the wrong type, or the batch is not positive.
     """
 
     def __init__(
@@ -55,10 +55,10 @@ class RandomSearch(SearcherBase):
 
 
 class Urn:
-    """Draws designs uniformly, each once; takes memory for what was drawn, not for the lattice.
+    """Draws designs uniformly, each once; memory grows with the draws, not with the lattice.
 
-    Until half of all designs are out, one that was drawn before is put back and another drawn. The
-    other half is then put in a random order.
+    Until half of all designs are drawn, a design that was drawn before is put back and another is
+    drawn. Then the other half is shuffled.
 
     Parameters
     ----------
@@ -73,13 +73,13 @@ class Urn:
         self._rest: list[bytes] | None = None
 
     def draw(self, n: int, known: Container[bytes] = ()) -> Designs:
-        """Return n designs, shape (n, sites); fewer where no more are left.
+        """Return n designs, shape (n, sites); fewer if no more are left.
 
         Parameters
         ----------
         n : int
         known : container of keys
-            Designs that are not to be drawn either.
+            Further designs not to draw.
         """
         keys: list[bytes] = []
         while len(keys) < n and self._rest is None:

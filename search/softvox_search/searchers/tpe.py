@@ -15,10 +15,10 @@ from softvox_search.protocol import Designs
 
 
 class Tpe(Adapter):
-    """Optuna's TPE sampler, over a categorical variable per site.
+    """Optuna's TPE sampler, over one categorical variable per site.
 
-    Its settings are the default. Asks for one design at a time, known ones included. Its cost per
-    evaluation grows with the number of evaluations.
+    Its settings are the defaults. It asks for one design at a time, including known ones. Its cost
+    per evaluation grows with the number of evaluations.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Tpe(Adapter):
     Raises
     ------
     ImportError
-        Where optuna is not installed.
+        If optuna is not installed.
 
     Source: Bergstra, Bardenet, Bengio & Kegl, *Algorithms for hyper-parameter optimization*,
     NeurIPS 2011; https://optuna.org.
@@ -53,7 +53,7 @@ class Tpe(Adapter):
 
 @contextmanager
 def _quiet(optuna: Any) -> Iterator[None]:
-    """Keep a new study from being announced, and the user's verbosity as it was."""
+    """Suppress the announcement of a new study, and restore the user's verbosity."""
     verbosity = optuna.logging.get_verbosity()
     optuna.logging.set_verbosity(max(verbosity, optuna.logging.WARNING))
     try:

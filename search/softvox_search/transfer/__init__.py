@@ -1,9 +1,9 @@
-"""Crossing the reality gap: methods that may try a few designs in reality, and what they lose.
+"""Crossing the reality gap: methods that may test a few designs in reality, and their regret.
 
-A method has the nominal simulator, a task and so many tests in a reality that it does not know; it
-names one design after every test. `transfer` lets one try and says what its recommendations are
-worth there, exactly; `check` puts a method through what the suite relies on; `proposals` asks one
-what to build and test next.
+A transfer method has the nominal simulator, a task and a number of tests in a reality that it does
+not know; it recommends one design after every test. `transfer` runs a method and evaluates its
+recommendations exactly; `check` tests whether a method follows the protocol; `proposals` lets one
+choose what to build and test next.
 """
 
 from softvox_search.transfer.conformance import check

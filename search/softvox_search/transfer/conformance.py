@@ -1,4 +1,4 @@
-"""What the suite relies on in a transfer method, put to the test; for one's own as well."""
+"""Tests of the properties that the suite relies on in a transfer method, also for your own."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from softvox_search.transfer.registry import make, name_of
 from softvox_search.transfer.run import World
 from softvox_search.transfer.simulator import Simulator
 
-#: A heading between the four that are told, so that a method must read it.
+#: A heading other than the four standard ones, so that a method must read it.
 HEADING = 30.0
 
 
 def check(
     method: str | Callable[..., Any], *, tests: int = 12, seed: int = 0, **options: Any
 ) -> None:
-    """Make sure that a transfer method does what the suite relies on.
+    """Check that a transfer method has the properties that the suite relies on.
 
-    It is run in made-up realities, whose displacements are drawn at random and are those of no
-    physics. These must hold:
+    It runs in made-up realities, whose displacements are random and follow no physics. These rules
+    must hold:
 
-    - It has the three methods of `TransferMethod`, asks for legal designs, none a second time, and
-      recommends legal ones. A function tests and recommends legal ones.
-    - All its random numbers come from the generator that it was made with: alike made, it acts
-      alike, whatever the global random states are, and it leaves those alone. `recommend` doesn't
+    - It has the three methods of `TransferMethod`, asks for valid designs, none of them twice, and
+      recommends valid ones. A function tests and recommends valid designs.
+    - All its random numbers come from its generator: with the same generator it acts the same,
+      whatever the global random states are, and it does not change those. `recommend` doesn't
       change its course.
-    - It knows of a reality what tests show, and nothing else: in two realities that agree on some
-      designs alone, it acts alike until it tests another.
-    - It leaves alone what it is told. (The simulator's tables are read-only.)
+    - It knows only what tests show of a reality: in two realities that agree on some designs, it
+      acts the same until it tests another design.
+    - It does not change what it is told. (The simulator's tables are read-only.)
 
     Parameters
     ----------
     method : str, class or function
-        As `make` takes it.
+        As in `make`.
     tests : int
         The length of a run, at least 2.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     **options
-        Of the method.
+        Options of the method.
 
     Raises
     ------
     AssertionError, SearcherError
-        At the first rule that is broken, saying which. What the method itself raises passes.
+        At the first broken rule, which the message names. Errors of the method itself pass through.
     TypeError, ValueError
-        Where method is none, or tests are too few.
+        If it is no method, or there are too few tests.
     """
     check_count("tests", tests, least=2)
     name = name_of(method)
@@ -109,8 +109,8 @@ def _check(
         tested == unadvised[0],
         "was asked for its recommendation, and then asks for other designs",
     )
-    # In a reality that is another wherever the first few tests were not, it may act otherwise only
-    # once it has tested one design more.
+    # In a reality that differs except for the first few tests, it may act differently only once it
+    # has tested one design more.
     for known in (len(tested) // 2, len(tested)):
         other = -truth
         other[tested[:known]] = truth[tested[:known]]
@@ -131,7 +131,7 @@ def _course(
     *,
     is_advised: bool,
 ) -> tuple[list[int], list[int]]:
-    """Return what is tested, and what is recommended after each test."""
+    """Return the tested designs, and the recommendations after each test."""
     where = Reality("made up")
     simulator, task = Simulator(where.nominal), Task("directed", HEADING)
     world = World(where, task, 0.0, np.random.default_rng(0), displacement=truth)

@@ -16,19 +16,19 @@ from softvox_search.transfer.simulator import Simulator
 
 
 class FunctionMethod(Method):
-    """A function that tests designs until there are no more tests.
+    """A function that tests designs until no tests are left.
 
     Parameters
     ----------
     function : callable (test, simulator, task, rng, **options)
         ``test(design)`` takes one design, as `softvox_gym.Design` does, and returns a `Test`. When
-        there are no more it raises `softvox_search.BudgetEnd`, which ``except Exception`` lets by.
-        The function may return the design that it recommends in the end; until then, and where it
-        doesn't, that is the best tested.
+        no tests are left it raises `softvox_search.BudgetEnd`, which ``except Exception`` does not
+        catch. The function may return its final recommendation; before that, and if it returns
+        none, the best tested design counts.
     simulator, task, rng
-        As `TransferMethod` has them.
+        As in `TransferMethod`.
     **options
-        Of the function.
+        Options of the function.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class FunctionMethod(Method):
         self._options = options
 
     def run(self, test: Callable[[int], Test], tests: int) -> list[int]:
-        """Call the function; return what it recommends after every test."""
+        """Call the function; return its recommendation after every test."""
         advice: list[int] = []
 
         def one(design: Any) -> Test:
@@ -63,5 +63,5 @@ class FunctionMethod(Method):
         return advice
 
     def ask(self) -> Any:
-        """Refuse: a function is not asked, it tests."""
+        """Raise an error: a function can't be asked, it calls ``test``."""
         raise SearcherError("is a function, which can't be asked in turn; give a class with ask")

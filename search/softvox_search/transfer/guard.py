@@ -1,4 +1,4 @@
-"""What stands before a method: its calls come in order, and what it returns are designs."""
+"""The guard around a method: it checks the order of calls and the returned designs."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from softvox_search.transfer.protocol import Method, Test, TransferMethod, desig
 
 
 class Guarded:
-    """A method that is held to the protocol: `ask`, `tell` and, once told, `recommend`.
+    """A method with its protocol enforced: `ask`, `tell` and, once told, `recommend`.
 
-    It has all else that the method has.
+    All other attributes are those of the method.
 
     Parameters
     ----------
     method : TransferMethod
     name : str
-        What to call it in errors.
+        Its name in errors.
 
     Raises
     ------
     SearcherError
-        By its three methods: where they are called out of order, or the method returns no design.
+        By its three methods: if a call is out of order, or the method returns no valid design.
     """
 
     def __init__(self, method: TransferMethod, name: str) -> None:
@@ -34,7 +34,7 @@ class Guarded:
         self._is_told = False
 
     def __getattr__(self, name: str) -> Any:
-        if name == "method":  # not made yet, as while it is unpickled
+        if name == "method":  # not made yet, as during unpickling
             raise AttributeError(name)
         return getattr(self.method, name)
 
@@ -51,7 +51,7 @@ class Guarded:
         return self._due
 
     def tell(self, test: Test) -> None:
-        """Let it learn what the test of the design last asked for showed."""
+        """Tell it the result of the test of the design last asked for."""
         with self._naming():
             if self._due is None:
                 raise SearcherError(
@@ -83,18 +83,18 @@ class Guarded:
         may_repeat: bool = False,
         is_advised: bool = True,
     ) -> list[tuple[Test, int]]:
-        """Let it test designs, and return every test with what it recommends after that.
+        """Let it test designs; return every test with the recommendation after it.
 
         Parameters
         ----------
         test : callable
-            What tries a design.
+            Tests a design.
         tests : int
-            At most as many.
+            The most tests.
         may_repeat : bool
             Whether a design may be tested again.
         is_advised : bool
-            Whether a method with `ask` is asked for its recommendations; they are -1 where not.
+            Whether a method with `ask` is asked for its recommendations; otherwise they are -1.
         """
         shown: list[Test] = []
         tested: set[int] = set()
@@ -125,12 +125,12 @@ class Guarded:
         return list(zip(shown, advice, strict=True))
 
     def _may_ask(self) -> bool:
-        """Whether any design is left to a method that keeps its tests."""
+        """Whether any design is left for a method that stores its tests."""
         return not isinstance(self.method, Method) or bool(self.method.untested().any())
 
     @contextmanager
     def _naming(self) -> Iterator[None]:
-        """Put the method's name before what an error says of it."""
+        """Put the method's name in front of the message of an error."""
         try:
             yield
         except SearcherError as error:

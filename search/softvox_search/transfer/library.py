@@ -1,7 +1,7 @@
-"""Models of the world: physics drawn from a prior, in three classes of what they vary.
+"""Models of the world: physics drawn from a prior, in three classes by varied parameters.
 
-No model is of any reality: all are drawn from continuous distributions by seeds of their own, and
-`TransferRun.distance` tells how near the nearest comes to the truth.
+No model is built from a reality: all are drawn from continuous distributions by seeds of their own,
+and `TransferRun.distance` tells how near the nearest comes to the truth.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: What the models of a class vary; the shear strength is drawn as T*.
+#: The parameters that a class of models varies; the shear strength is drawn as T*.
 CLASSES: Mapping[str, frozenset[str]] = {
     "coulomb": frozenset({"friction_static", "friction_kinetic"}),
     "coulomb_area": frozenset({"friction_static", "friction_kinetic", "shear_strength"}),
@@ -32,7 +32,7 @@ CLASSES: Mapping[str, frozenset[str]] = {
     ),
 }
 
-#: Numbers that say where in the prior a physics is.
+#: The number of coordinates of a physics in the prior.
 SHARES = 8
 
 #: How many of them, from the first on, matter in a class.
@@ -41,7 +41,7 @@ SHARES_OF: Mapping[str, int] = {"coulomb": 2, "coulomb_area": 4, "all": SHARES}
 
 @dataclass(frozen=True, eq=False)
 class Library:
-    """Models of a class, and what they say of every design.
+    """Models of a class, with their predictions for every design.
 
     Parameters
     ----------
@@ -60,14 +60,14 @@ class Library:
 def library(simulator: Simulator, models: str, n: int) -> Library:
     """Return n models of a class, for the nominal physics of a simulator.
 
-    Each is a landscape, which is simulated once and kept; see `softvox_gym.landscape`.
+    Each has a landscape, which is simulated once and stored; see `softvox_gym.landscape`.
 
     Raises
     ------
     TypeError, ValueError
-        For an unknown class, or no number of models.
+        If the class is unknown, or the number of models is invalid.
     SimulationBudgetError
-        Where the simulator may not simulate as many.
+        If the simulator may not simulate as many.
     """
     check_count("size", n, least=1)
     physics = drawn(simulator.nominal, check_class(models), n)
@@ -75,7 +75,7 @@ def library(simulator: Simulator, models: str, n: int) -> Library:
 
 
 def check_class(models: str) -> str:
-    """Return the name of a class of models; ValueError where there is none."""
+    """Return the name of a class of models; ValueError if it is unknown."""
     if models not in CLASSES:
         raise ValueError(f"models must be one of {', '.join(CLASSES)}, got {models!r}")
     return models
@@ -83,7 +83,7 @@ def check_class(models: str) -> str:
 
 @lru_cache(maxsize=64)
 def drawn(nominal: Physics, models: str, n: int) -> tuple[Physics, ...]:
-    """Return the physics of n models of a class; the first of more are the same."""
+    """Return the physics of n models of a class; a larger n begins with the same ones."""
     number = list(CLASSES).index(models)
     shares = (np.random.default_rng([1911, number, i]).random(SHARES) for i in range(n))
     return tuple(physics_at(one, nominal, models) for one in shares)
@@ -92,7 +92,7 @@ def drawn(nominal: Physics, models: str, n: int) -> tuple[Physics, ...]:
 def physics_at(shares: Array, nominal: Physics, models: str) -> Physics:
     """Return the physics of a class of models at shares of the prior's ranges, shape (8,).
 
-    Of shares that are drawn uniformly it is the prior that docs/transfer.md tells.
+    With uniformly drawn shares this is the prior in docs/transfer.md.
     """
     at = iter(shares.tolist())
     static = log_between(next(at), 0.05, 1.5)

@@ -1,4 +1,4 @@
-"""What to build and test next: a method is asked for several designs before any is tested."""
+"""What to build and test next: a method chooses several designs before any is tested."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: Most proposals at once: a day's work, not a library's.
+#: Most proposals at once.
 MOST = 100
 
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A design to build and test, and what is expected of it by all that was measured.
+    """A design to build and test, with the expectations from all measurements.
 
     Parameters
     ----------
     design : int
     reward : float
-        What it is expected to be worth in the task, voxel widths.
+        Its expected reward in the task, voxel widths.
     spread : float
-        How unsure that is, voxel widths: the root mean square distance of the ensemble's models
-        from their mean displacement (eea), or the standard deviation of the reward (ite).
+        The uncertainty of the reward, voxel widths: the root mean square distance of the ensemble's
+        models from their mean displacement (eea), or the standard deviation of the reward (ite).
     simulated : float
-        What the nominal simulator says that it is worth, voxel widths.
+        Its reward in the nominal simulator, voxel widths.
     displacement : ndarray, shape (3,), or None
-        Expected, voxel widths; None where the method expects rewards alone.
+        Its expected displacement, voxel widths; None if the method expects only rewards.
     why : str
-        Why this one, in words.
+        The reason for the proposal, in words.
     """
 
     design: int
@@ -56,7 +56,7 @@ class Proposal:
     why: str
 
 
-#: What a method expects: reward, spread and displacement, if any, each (6561, ...), and why.
+#: Expectations of a method: reward, spread and displacement, if any, each (6561, ...), and why.
 Belief: TypeAlias = tuple[Array, Array, "Array | None", Callable[[int], str]]
 
 
@@ -73,47 +73,47 @@ def proposals(
     progress: Progress | None = None,
     **options: Any,
 ) -> tuple[Proposal, ...]:
-    """Return which designs to build and test next, the first choice first.
+    """Return the designs to build and test next, first choice first.
 
-    The method is told all that was measured. It is then asked for one design after another, and
-    told of each, in the place of a result, what it expects of it (the kriging believer), so that
-    it chooses the next one as if that were known. What a proposal tells is from what was measured
+    The method is told all measurements. It is then asked for one design after another, and after
+    each is told its own expectation instead of a result (the kriging believer), so that it chooses
+    the next design as if that were known. The numbers of a proposal come from the measurements
     alone.
 
-    No design is proposed that was measured, nor one that looks like a measured or a proposed one
-    when turned or mirrored, nor one without active voxels.
+    No proposal is a measured design, the image of a measured or proposed one under turns or
+    mirrors, or a design without active voxels.
 
     Parameters
     ----------
     reality : MeasuredReality, optional
-        What was measured, and the simulator that it is held against.
+        The measurements, and the simulator that they are compared with.
     method : {"eea", "ite"}
-        By disagreement of the models that fit what was measured, or by the gain expected.
+        Choose by the disagreement of the models that fit the measurements, or by the expected gain.
     budget : int
-        At most so many designs, up to 100.
+        The most designs to propose, up to 100.
     task : str or softvox_gym.Task
     heading : float, optional
-        Of the directed task, degrees; 0 where None.
+        Heading of the directed task, degrees; 0 by default.
     seed : int
-        Of the method's random numbers.
+        Seed of the method's random numbers.
     nominal : str, dict or Physics
-        The simulator where nothing was measured: it chooses then, or the method's own models do.
+        The simulator if nothing was measured: then it chooses, or the method's own models do.
     buildable_only : bool
-        Whether to leave out what the kit can't build; see `softvox_gym.design.buildable`.
+        Whether to leave out designs that the kit can't build; see `softvox_gym.design.buildable`.
     progress : callable (done, total), optional
-        Is told how many of the method's models are simulated.
+        Called with the number of the method's models that are simulated.
     **options
-        Of the method.
+        Options of the method.
 
     Returns
     -------
     tuple of Proposal
-        Fewer than asked for where nothing is left, or where the method ends.
+        Fewer than asked for if nothing is left, or the method ends.
 
     Raises
     ------
     TypeError, ValueError
-        For what is none of these, naming it.
+        If an argument is none of these; the message names it.
 
     Notes
     -----
@@ -161,9 +161,9 @@ def proposals(
 
 
 def _robots() -> NDArray[np.int64]:
-    """Return for every design the one that stands for what is built, shape (6561,).
+    """Return for every design the representative of the robot that is built, shape (6561,).
 
-    Turned and mirrored ones are the same, and what has no lower slice is what has it there.
+    Turned and mirrored designs are equal, and so are those that differ only in height.
     """
     numbers = np.arange(N_DESIGNS)
     upper = 3 ** (LATTICE.sites // 2)
@@ -171,7 +171,7 @@ def _robots() -> NDArray[np.int64]:
 
 
 def _of_models(made: Eea) -> Belief:
-    """Return what the models expect that fit what was measured."""
+    """Return the expectations of the models that fit the measurements."""
     moved = made.models()[made.kept]
     rewards = made.task.reward(moved)
     models = "models that fit what was measured" if made.tests else "models of the prior"
@@ -184,7 +184,7 @@ def _of_models(made: Eea) -> Belief:
 
 
 def _of_process(made: Ite) -> Belief:
-    """Return what the Gaussian process expects."""
+    """Return the expectations of the Gaussian process."""
     reward = made.predict()
     best = max((test.reward for test in made.tests), default=None)
 
@@ -197,5 +197,5 @@ def _of_process(made: Ite) -> Belief:
     return reward, made.deviation(), None, why
 
 
-#: The methods that say how unsure they are, and how.
+#: The methods that report an uncertainty, and their expectations.
 BELIEFS: Mapping[str, Callable[[Any], Belief]] = {"eea": _of_models, "ite": _of_process}

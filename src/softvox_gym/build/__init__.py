@@ -1,4 +1,4 @@
-"""What is built of a design with the paper's kit, and what that takes; nothing is drawn here.
+"""Building a design with the paper's kit: plans and bills; nothing is drawn here.
 
 Source: S. Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft 2020:
 the protocol of building, and the table of parts.

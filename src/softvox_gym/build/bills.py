@@ -1,4 +1,4 @@
-"""What a batch of robots takes, and costs."""
+"""The bill of materials of a batch of robots."""
 
 from __future__ import annotations
 
@@ -12,29 +12,30 @@ from softvox_gym.data import records
 from softvox_gym.design import ABSENT, Design
 from softvox_gym.landscapes.section import Column, Section
 
-#: g of a voxel of the kit, with its tube and without connectors.
+#: g, mass of a voxel of the kit, with its tube and without connectors.
 VOXEL_G = 1.2
 
-#: g per ml of Dragon Skin 10, whichever speed. Source: Smooth-On, Dragon Skin Series, technical
+#: g per ml of Dragon Skin 10, at any cure speed. Source: Smooth-On, Dragon Skin Series, technical
 #: bulletin.
 SILICONE_G_PER_ML = 1.07
 
-#: Two layers, each so many minutes: at room temperature and then at 60 C; or at room temperature.
+#: Minutes to cure each of the two layers: at room temperature and then at 60 C; or only at room
+#: temperature.
 LAYERS, CURE_MINUTES, CURE_MINUTES_ROOM = 2, 25 + 20, 75
 
-#: Voxels of one filling of the mould. An assumption: the paper says 26 interlocking strips, and
-#: 13 across 13 have 12 x 12 cells between them.
+#: Voxels in one filling of the mould. An assumption: the paper says 26 interlocking strips, and 13
+#: across 13 have 12 x 12 cells between them.
 MOULD_VOXELS = 144
 
-#: What the paper's table of parts is for.
+#: The robots that the paper's table of parts is for.
 TABLE_ROBOTS, TABLE_DESIGN = 50, 6560
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the bill: a row of the paper's table (data/kit/parts.csv), and how much of it.
+    """A line of the bill: a row of the paper's table (data/kit/parts.csv), and the amount.
 
-    The share is of what the paper's robots took, and 1 of what is bought once.
+    The share is relative to the amount for the paper's robots, and 1 for what is bought once.
     """
 
     row: Mapping[str, str]
@@ -42,18 +43,18 @@ class Line:
 
     @property
     def usd(self) -> Fraction:
-        """What a package costs."""
+        """The cost of a package."""
         return Fraction(self.row["usd"])
 
     @property
     def packages(self) -> int:
-        """How many packages have to be bought."""
+        """The number of packages to buy."""
         return ceil(self.share)
 
 
 @dataclass(frozen=True)
 class Bill:
-    """What a batch of robots takes, and costs.
+    """The materials and costs of a batch of robots.
 
     Parameters
     ----------
@@ -69,22 +70,22 @@ class Bill:
 
     @property
     def used_usd(self) -> float:
-        """The cost where a package counts by the share of it that is used."""
+        """The cost if each package counts by the share that is used."""
         return float(sum(line.share * line.usd for line in self.lines))
 
     @property
     def total_usd(self) -> float:
-        """The cost of all that has to be bought, in whole packages."""
+        """The cost of all packages to buy."""
         return float(sum(line.packages * line.usd for line in self.lines))
 
     def amounts(self) -> Section:
-        """Return what the batch takes, for people."""
+        """Return the amounts for the batch as text."""
         columns = [Column("what", "it takes"), Column("amount", "amount", ",.7g")]
         rows = [(_AMOUNTS[key], round(value, 1)) for key, value in self.quantities.items()]
         return Section(columns=columns, rows=rows)
 
     def materials(self) -> Section:
-        """Return the bill of materials, for people and programs."""
+        """Return the bill of materials as a `Section`."""
         told = "no", "part", "section", "use", "scales_with"
         rows = [
             (
@@ -108,7 +109,7 @@ class Bill:
         )
 
 
-#: What the quantities of a bill are to people.
+#: Descriptions of the quantities of a bill.
 _AMOUNTS = {
     "robots": "robots",
     "voxels": "voxels",
@@ -129,31 +130,31 @@ _AMOUNTS = {
 
 
 def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VOXELS) -> Bill:
-    """Return what robots take, and cost: the paper's table of parts, scaled.
+    """Return the materials and costs of robots: the paper's table of parts, scaled.
 
-    The table is of fifty robots whose eight voxels are all active. Of each part a batch takes as
-    much as it has of what drives it (the column scales_with of data/kit/parts.csv): silicone, cups,
-    sticks and gloves go by voxels; Sil-Poxy and what spreads it by joints; tubes and connectors by
-    actuator groups; tape by slices. Tools, mould and machine are bought once.
+    The table is for fifty robots whose eight voxels are all active. Each part scales with the
+    quantity that drives it (the column scales_with of data/kit/parts.csv): silicone, cups, sticks
+    and gloves with voxels; Sil-Poxy and its applicators with joints; tubes and connectors with
+    actuator groups; tape with slices. Tools, mould and machine are bought once.
 
     Parameters
     ----------
     plans : sequence of Plan
-        Of robots that can be built.
+        Plans of robots that can be built.
     copies : int
-        How many are built of each.
+        The number of robots built from each plan.
     mould_voxels : int
-        How many one filling of the mould makes.
+        Voxels that one filling of the mould makes.
 
     Notes
     -----
-    The silicone is that of the voxels' mass; what stays in cups is not in it, nor in the hours the
-    cures of bottom layers and of the bonds between slices, and all that hands do.
+    The silicone is that of the voxels' mass, without the remains in cups. The hours leave out the
+    curing of bottom layers and of the bonds between slices, and all manual work.
 
     Raises
     ------
     ValueError
-        For a robot that can't be built, or copies or mould_voxels below 1.
+        If a robot can't be built, or copies or mould_voxels is below 1.
 
     Examples
     --------
@@ -187,7 +188,7 @@ def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VO
 
 
 def _counted(plans: Sequence[Plan], copies: int) -> dict[str, int]:
-    """Return what is counted in robots, of which there are so many each."""
+    """Return the quantities of robots, with this many copies of each."""
     designs = [one.design for one in plans]
     active, voxels = (sum(getattr(d, n) for d in designs) for n in ("n_active", "n_voxels"))
     counts = {

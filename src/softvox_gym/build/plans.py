@@ -1,4 +1,4 @@
-"""What is built of a design with the paper's kit."""
+"""Plans for building a design with the paper's kit."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from softvox_gym.lattice import FACES
 
 Vector = tuple[int, int, int]
 
-#: Where an inlet goes if nothing else decides: +x, with the mark of the robot's x axis, is last of
-#: the sides.
+#: Order of the sides for an inlet if nothing else decides: +x, which has the mark of the robot's x
+#: axis, is the last.
 _ORDER: tuple[Vector, ...] = ((-1, 0, 0), (0, -1, 0), (0, 1, 0), (1, 0, 0), *FACES[4:])
 _TOP, _UNDERSIDE = FACES[4:]
 
-#: How people say where a face is.
+#: Names of the faces.
 TOWARDS = dict(zip(FACES, ("+x", "-x", "+y", "-y", "+z", "-z"), strict=True))
 
-#: To the sites that share an edge or a corner with one.
+#: Offsets to the sites that share only an edge or a corner with one.
 _AROUND = [way for way in product((-1, 0, 1), repeat=3) if sum(map(abs, way)) > 1]
 
-#: So many voxels, or faults of a kind, are named one by one.
+#: Up to this many voxels, or faults of a kind, are listed one by one.
 MOST_NAMED = 6
 _some = partial(some, most=MOST_NAMED)
 
-#: Before the slices are stacked, of every slice with active voxels.
+#: Steps for every slice with active voxels, before the slices are stacked.
 LEAK_CHECK = (
     "Join a group's tube to the 60 mL syringe and hold the slice under water in the beaker.",
     "Inflate it. All voxels of the group bulge; where one does not, its hole is missing or closed.",
@@ -41,7 +41,7 @@ LEAK_CHECK = (
     "Where bubbles rise: dry it, close the leak with Sil-Poxy, let that cure, and test again.",
 )
 
-#: Of every robot; `softvox trials` keeps what comes of it.
+#: Last steps for every robot; `softvox trials` stores the results.
 MEASUREMENTS = (
     "Before it starts, mark the centre of the robot's top and its +x axis.",
     "Camera above, still, looking straight down; all of the way in the picture. A ruler at the "
@@ -54,15 +54,15 @@ MEASUREMENTS = (
     "Volume under water, relative to rest, at four moments of a cycle.",
 )
 
-#: Of the table (52 ft, 65.6 ft and 200), for each of the hundred groups of its robots.
+#: Amounts in the table (52 ft, 65.6 ft and 200) for each of the hundred groups of its robots.
 PER_GROUP = {"tube_1_32_in_cm": 15.8496, "tube_1_16_in_cm": 19.99488, "connectors": 2}
 
 
 @dataclass(frozen=True)
 class Inlet:
-    """Where the tube of an actuator group goes in.
+    """The place where the tube of an actuator group enters.
 
-    The voxel that gets the hole, the outward unit normal of the face that it is in, and why there.
+    The voxel with the hole, the outward unit normal of the hole's face, and the reason for it.
     """
 
     site: int
@@ -74,8 +74,8 @@ class Inlet:
 class Group:
     """An actuator group: active voxels of one slice, z, that share their air.
 
-    Names are "A", "B", ... in order. Its pump is ahead by the phase, in cycles. There is no inlet
-    where the group does not reach the surface.
+    Names are "A", "B", ... in order. The phase is how far its pump is ahead, in cycles. The inlet
+    is None if the group does not reach the surface.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is built of a design.
+    """The plan for building a design.
 
     Parameters
     ----------
@@ -95,13 +95,14 @@ class Plan:
     groups : tuple of Group
         In order of their first site.
     bonds, holes : tuple of (int, int)
-        The neighbours of a slice that are bonded, and those of one group, with a hole between them.
+        Neighbouring voxels that are bonded within a slice, and those of one group, with a hole
+        between them.
     problems : tuple of str
-        Why the kit can't build it; empty where it can.
+        Why the kit can't build the design; empty if it can.
     warnings : tuple of str
-        What needs care.
+        Points that need care.
     steps : tuple of str
-        The order of assembly; empty where it can't be built.
+        The order of assembly; empty if the design can't be built.
     """
 
     design: Design
@@ -114,14 +115,15 @@ class Plan:
 
 
 def plan(design: DesignLike) -> Plan:
-    """Return what is built of a design; `softvox_gym.design.buildable` tells alone whether it can.
+    """Return the plan for a design; `softvox_gym.design.buildable` checks many at once.
 
-    The design is as `Design` takes it; TypeError or ValueError for what is none.
+    The design is anything that `Design` accepts; otherwise TypeError or ValueError.
 
-    An inlet goes to a free side, before which nothing is built; where there is none to the top, the
-    underside of an overhang, or a gap between voxels; and to the underside, on which the robot
-    walks, only where nothing else is free. Of these, where fewest voxels are beside the tube; and
-    then to the side where most groups have such a place, so that the tubes pull one way.
+    An inlet goes to a free side, with nothing built in front of it. If there is none, it goes to
+    the top, the underside of an overhang, or a gap between voxels; and to the underside, on which
+    the robot walks, only if nothing else is free. Among these it goes where the fewest voxels are
+    beside the tube, and then to the side where most groups have such a place, so that the tubes
+    pull one way.
 
     Examples
     --------
@@ -141,16 +143,16 @@ def plan(design: DesignLike) -> Plan:
 
 
 def places(design: Design, sites: Iterable[int]) -> str:
-    """Return sites as people read them: (0,1,0), (1,1,0)."""
+    """Return sites as text: (0,1,0), (1,1,0)."""
     return _some("({},{},{})".format(*design.lattice.place(site)) for site in sites)
 
 
 def digits_of(design: Design) -> str:
-    """Return a design's digits, cut where there are many."""
+    """Return a design's digits, shortened if there are many."""
     return design.digits if len(design.digits) <= 40 else f"{design.digits[:37]}..."
 
 
-#: Where an inlet may go, the best place first; and what a builder then has to care for.
+#: Possible places for an inlet, best first, with the care that each needs.
 _WHERE = (
     ("a free side", ""),
     ("the top, as no side is free", "leaves through the top: hold it slack above the robot"),
@@ -166,12 +168,12 @@ _WHERE = (
     ),
 )
 
-#: How bad it is to lead a tube to a face: its place in `_WHERE`, and the voxels beside the tube.
+#: Penalty of leading a tube to a face: its index in `_WHERE`, and the voxels beside the tube.
 _Rank = tuple[int, int]
 
 
 class _Body:
-    """A design's voxels by their places, and what is asked of them."""
+    """A design's voxels by place, and questions about them."""
 
     def __init__(self, design: Design) -> None:
         self.design, self.place = design, design.lattice.place
@@ -197,7 +199,7 @@ class _Body:
         return _some(f"{self.named([a])}-{self.named([b])}" for a, b in pairs)
 
     def _groups(self) -> Iterator[Group]:
-        """Yield the actuator groups, each with its inlet, and note what needs care about that."""
+        """Yield the actuator groups, each with its inlet, and note points that need care."""
         hollows = closed_hollows((self.design.array != ABSENT)[..., np.newaxis])
         shut = {*self.sites, *((x, y, z) for x, y, z, _ in np.argwhere(hollows).tolist())}
         found, phase = actuators(self.design), self.design.phase.ravel(order="F")
@@ -218,7 +220,7 @@ class _Body:
             yield Group(name, sites, self.place(sites[0])[2], float(phase[sites[0]]), inlet)
 
     def _ranks(self, sites: Iterable[int], shut: set[Vector]) -> dict[tuple[int, Vector], _Rank]:
-        """Return the faces of a group to which a tube can be led, and how bad that is."""
+        """Return the faces of a group to which a tube can be led, with their penalties."""
         found = {}
         for site, face in product(sites, FACES):
             place = self.place(site)
@@ -231,12 +233,12 @@ class _Body:
             elif any(one in self.sites for one in beyond):
                 where = 3
             around = (_moved(front, way) for way in FACES if way != face)
-            beside = sum(one in self.sites for one in around) - 1  # less the voxel itself
+            beside = sum(one in self.sites for one in around) - 1  # minus the voxel itself
             found[site, face] = where, beside
         return found
 
     def problems(self) -> Iterator[str]:
-        """Yield why the kit can't build it."""
+        """Yield the reasons why the kit can't build it."""
         pieces = self.design.components
         if not pieces:
             yield "it has no voxels"
@@ -268,7 +270,7 @@ class _Body:
             yield f"{len(buried) - MOST_NAMED} more groups are buried"
 
     def warnings(self) -> Iterator[str]:
-        """Yield what needs care."""
+        """Yield the points that need care."""
         if self.sites and not self.design.n_active:
             yield "no voxel is active: it has no tube, and will not move"
         for z in self.levels:

@@ -34,23 +34,23 @@ COMMAND = "COMMAND [options]"
 GROUP = "softvox_gym.commands"
 
 DESCRIPTION = """\
-Simulate soft robots made of voxels, every design of a 2x2x2 lattice, to the
+Simulate soft robots made of voxels: all designs of a 2x2x2 lattice, with the
 same bits on every machine. A design has a digit per site (0 absent, 1 passive,
-2 active; site x + 2y + 4z) and a number, the sum of digit_i 3^i: 0 to 6560.
+2 active; site x + 2y + 4z) and a number, the sum of digit_i 3^i, 0 to 6560.
 """
 
 EXAMPLES = """\
 examples:
-  softvox verify               hold this build against the published table
+  softvox verify               check this build against the published table
   softvox landscape            all 6561 designs into the folder landscape
   softvox landscape --physics exact --gravity -1.62 --out moon
   softvox simulate 6453        the best design: fitness and track
   softvox simulate 00021222 --frames best.npz
-  softvox reality              how the landscape changes in other worlds
+  softvox reality              compare the landscape with those of other worlds
   softvox search --searcher hill_climber --seed 1 --budget 500
   softvox compare baselines/noise_free.toml
 
-softvox COMMAND --help tells all about a command.
+softvox COMMAND --help describes a command and all its options.
 """
 
 
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("error", f"cannot write the output: {error.strerror}")
         return 2
     except Stopped as stop:
-        notes = getattr(stop, "__notes__", ["nothing was left half written"])
+        notes = getattr(stop, "__notes__", ["no file was left half written"])
         complain("stopped", f"{signal.Signals(stop.number).name}, {'; '.join(notes)}")
         return 128 + stop.number
 

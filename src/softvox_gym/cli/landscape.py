@@ -51,27 +51,28 @@ N_PHASED = {phases: phased_lattice(phases).n_designs for phases in range(2, MOST
 PAPER_CPU_HOURS = 58
 
 DESCRIPTION = f"""\
-Simulate all {N_DESIGNS} designs of the 2x2x2 lattice and write, into a folder,
-  {TABLE}  what each is and what became of it: dx, dy, dz, displacement of
-                 the centre of mass in voxel widths (cm for the 1 cm voxel),
-                 fitness = sqrt(dx^2 + dy^2), diverged (True: then nan), steps,
-                 and step_error, by how much the fitness changes at half the
+Simulate all {N_DESIGNS} designs of the 2x2x2 lattice, print the ten best, and write
+into a folder
+  {TABLE}  a row per design: dx, dy, dz, displacement of the centre of
+                 mass in voxel widths (cm for the 1 cm voxel); fitness =
+                 sqrt(dx^2 + dy^2); diverged (if True, all these are nan);
+                 steps; and step_error, the change of the fitness at half the
                  time step (nan without --check-step)
   {MANIFEST}  physics, version, commit, machine, seconds, digest of the bits
-and print the ten best. With --analyse, analyse the landscape exactly (kinds of
-designs, symmetry, local optima and climbs, ruggedness, neutrality, robustness
-to one error; a design that diverged counts as 0), print that too, and write
-  {ANALYSIS}  for programs, with the digest of the bits it belongs to
-  {DOCUMENT}    for people, every number with its meaning
+With --analyse, also analyse the landscape exactly (kinds of designs, symmetry,
+local optima and climbs, ruggedness, neutrality, robustness to one error; a
+design that diverged counts as 0), print the results, and write
+  {ANALYSIS}  for programs, with the digest of the landscape's bits
+  {DOCUMENT}    for people, with the meaning of every number
   {", ".join(TABLES)}
                  a row per local optimum, symmetry class and design
 
-With --phases 2, 3 or 4 active voxels differ in when they are pumped: digit
-2 + p is active, p / P cycles ahead. That makes {N_PHASED[2]:,}, {N_PHASED[3]:,} or
-{N_PHASED[4]:,} designs; 4 phases take half an hour of one core. What was
-simulated is kept in the user's cache folder, and an interrupted command goes
-on from there. Above 2 phases the table is {PACKED}, the same columns for
-numpy.load. The analysis is shorter, and tells which designs the kit can build.
+With --phases 2, 3 or 4, active voxels differ in when they are pumped: digit
+2 + p is active, p / P cycles ahead. There are {N_PHASED[2]:,}, {N_PHASED[3]:,} or {N_PHASED[4]:,}
+designs; with 4 phases they take half an hour on one core. Results are kept in
+the user's cache folder, and an interrupted command continues from there. Above
+2 phases the table is {PACKED}, with the same columns, for numpy.load. The
+analysis is shorter, and includes which designs the kit can build.
 """
 
 BEST = 10
@@ -84,7 +85,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "landscape",
-        help="simulate all 6561 designs into a table",
+        help="simulate all 6561 designs and write a table",
         description=DESCRIPTION,
         usage="softvox landscape [--out DIR] [--analyse] [--phases P] [options]",
     )
@@ -98,20 +99,18 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace an earlier landscape in that folder"
     )
-    parser.add_argument(
-        "--analyse", action="store_true", help="analyse the landscape, and print and write that"
-    )
+    parser.add_argument("--analyse", action="store_true", help="also print and write an analysis")
     parser.add_argument(
         "--check-step",
         action="store_true",
-        help="simulate all at half the time step as well, and tell what that changes",
+        help="also simulate at half the time step, and report the change",
     )
     parser.add_argument(
         "--phases",
         type=whole_number,
         default=1,
         metavar="P",
-        help="of active voxels, 1 to 4 (default: 1)",
+        help="number of phases of active voxels, 1 to 4 (default: 1)",
     )
     add_threads(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -155,7 +154,9 @@ def run(args: Namespace) -> int:
 def _run_phased(args: Namespace, physics: Physics) -> int:
     """Do the same with several phases, from what ships or is kept where it is there."""
     if args.check_step:
-        raise BadInputError("--check-step is for one phase; leave it or --phases out")
+        raise BadInputError(
+            "--check-step works with one phase only; leave out --check-step or --phases"
+        )
     try:
         lattice = phased_lattice(args.phases)
     except ValueError as error:
@@ -173,8 +174,8 @@ def _run_phased(args: Namespace, physics: Physics) -> int:
     if expected and physics == Physics.published():
         if expected != found["digest"]:
             raise BadInputError(
-                f"the bits are not those that were published, whose digest is {expected}; if "
-                f"{cache_path(physics, lattice)} is there, remove it and try again"
+                f"the landscape differs from the published one, whose digest is {expected}; if "
+                f"{cache_path(physics, lattice)} exists, delete it and try again"
             )
         shown[-1] += ", which is the published one"
     table_file = _packed(table) if packed else table.section().csv()

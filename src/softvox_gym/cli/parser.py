@@ -83,21 +83,21 @@ def add_shape(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         default=(2, 2, 2),
         metavar=("NX", "NY", "NZ"),
-        help="the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
+        help="shape of the lattice, as 3 3 3 or 3x3x3 (default: 2x2x2)",
     )
     parser.add_argument(
         "--phases",
         type=whole_number,
         default=1,
         metavar="P",
-        help="of active voxels, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
+        help="number of phases, 1 to 8: digit 2 + p is active, p / P cycles ahead (default: 1)",
     )
 
 
 def add_threads(parser: argparse.ArgumentParser) -> None:
     """Add --threads."""
     parser.add_argument(
-        "--threads", type=whole_number, metavar="N", help="at most this many (default: all)"
+        "--threads", type=whole_number, metavar="N", help="use at most N threads (default: all)"
     )
 
 
@@ -110,8 +110,8 @@ def add_physics(parser: argparse.ArgumentParser) -> None:
         "--physics",
         choices=PRESETS,
         default="published",
-        help="the preset: the values that the published run rounded to, or the paper's exact ones "
-        "(default: published)",
+        help="the preset: the paper's values as rounded in the published run, or exact (default: "
+        "published)",
     )
     for spec in SPECS:
         option = "--" + spec.name.replace("_", "-")
@@ -120,7 +120,7 @@ def add_physics(parser: argparse.ArgumentParser) -> None:
         unit = f"; {spec.unit}" if spec.unit else ""
         text = f"{spec.about}{unit} (default: {default})"
         group.add_argument(option, help=text, **_kind(spec))
-    text = "T*, the shear strength of a voxel's face over its weight; in place of --shear-strength"
+    text = "T*, shear strength of a voxel's face over the voxel's weight; not with --shear-strength"
     group.add_argument("--shear-ratio", type=number, metavar="X", help=text)
 
 
@@ -147,8 +147,8 @@ def physics_of(args: argparse.Namespace) -> Physics:
     gravity = changes.get("gravity", ())
     if len(gravity) not in (0, 1, 3):
         raise BadInputError(
-            f"--gravity: takes one number or three, got {len(gravity)}; "
-            "anything else goes before it"
+            f"--gravity takes one number or three, got {len(gravity)}; put other arguments "
+            "before it"
         )
     if len(gravity) == 1:
         changes["gravity"] = gravity[0]

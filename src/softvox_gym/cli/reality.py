@@ -22,11 +22,11 @@ TABLE = "realities.csv"
 OWN = "yours"
 
 DESCRIPTION = f"""\
-Show what becomes of the landscape in other worlds: the named realities, whose
-exact landscapes ship with the package, or any of the sets, {" and ".join(SETS)}
-({len(SETS["public"])} each, as public-0), drawn from the prior that docs/reality-gap.md
-tells, or one of your own, by the options for physics. What does not ship is
-simulated when first asked for, a few seconds each, and kept.
+Compare the simulator's landscape with those of other worlds: the named
+realities, whose exact landscapes ship with the package; those of the sets
+{" and ".join(SETS)} ({len(SETS["public"])} each, as public-0), drawn from the prior in
+docs/reality-gap.md; or one of your own, by the physics options. Landscapes that
+don't ship take a few seconds each to simulate, and are kept.
 
 {fill(gap.MEANING, 79)}
 """
@@ -36,24 +36,24 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "reality",
-        help="show what becomes of the landscape in other worlds",
+        help="compare the landscape with those of other worlds",
         description=DESCRIPTION,
-        usage="softvox reality [NAME ...] [--list] [--json] [--out DIR [--force]] [physics]",
+        usage="softvox reality [NAME ...] [--list] [--out DIR] [options]",
     )
     parser.add_argument(
         "names",
         nargs="*",
         metavar="NAME",
-        help="one that --list shows, or of a set, as public-0 (default: all that --list shows)",
+        help="a reality of --list, or of a set, as public-0 (default: all of --list)",
     )
     parser.add_argument(
-        "--list", action="store_true", help="say what each is and who found it, and nothing else"
+        "--list", action="store_true", help="describe each reality, with its source, and stop"
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help=f"also write {TABLE}, all bits, into this folder"
+        "--out", type=Path, metavar="DIR", help=f"also write {TABLE}, unrounded, into this folder"
     )
-    parser.add_argument("--force", action="store_true", help="replace an earlier one in DIR")
+    parser.add_argument("--force", action="store_true", help="replace an earlier table in DIR")
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
 

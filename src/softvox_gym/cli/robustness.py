@@ -18,15 +18,16 @@ from softvox_gym.landscapes.noisy import LEVELS
 KNOWN = ", ".join(f"{level:g}" for level in LEVELS)
 
 DESCRIPTION = f"""\
-Show what noise on actuation, friction, stiffness, density and the floor's tilt
-does to the landscape, from the noisy ground truth that ships with the package:
-64 draws of every design at each level, 256 fresh ones of the best. Level 1 is
-the assumed real variability (Jakobi, Husbands and Harvey 1995), 0 none.
+Show how noise on actuation, friction, stiffness, density and the floor's tilt
+changes the landscape, from the noisy ground truth that ships with the package:
+64 draws of every design at each level, and 256 new draws of the best designs.
+Level 1 is the assumed real variability (Jakobi, Husbands and Harvey 1995),
+level 0 is no noise.
 
 {fill(robustness.MEANING, 79)}
 
-At level 4 a robot now and then slides down the tilted floor for a metre, and
-the means are of that more than of walking; the quantile is not.
+At level 4 a robot now and then slides down the tilted floor for a metre. This
+dominates the means, but not the quantile.
 """
 
 
@@ -34,7 +35,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "robustness",
-        help="show what noise does to the landscape and the top hundred",
+        help="show how noise changes the landscape and the top hundred",
         description=DESCRIPTION,
     )
     parser.add_argument(
@@ -42,10 +43,10 @@ def add_parser(commands: Any) -> None:
         type=number,
         default=1.0,
         metavar="L",
-        help=f"for the list of the published top hundred, one of {KNOWN} (default: 1)",
+        help=f"noise in the list of the published top hundred, one of {KNOWN} (default: 1)",
     )
     parser.add_argument(
-        "--all", action="store_true", help="list all hundred, not only those that fall out"
+        "--all", action="store_true", help="list all hundred, not only those with a remark"
     )
     parser.add_argument("--json", action="store_true", help="print JSON, with all hundred")
     parser.add_argument(

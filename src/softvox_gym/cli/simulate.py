@@ -22,14 +22,16 @@ from softvox_gym.physics import Physics
 from softvox_gym.simulation import Result, simulate
 
 DESCRIPTION = """\
-Simulate one design and print its fitness (horizontal travel of the centre of
-mass in voxel widths, cm for the 1 cm voxel), its displacement and its track,
-one row per cycle of actuation.
+Simulate one design, and print its fitness (horizontal displacement of the
+centre of mass in voxel widths, cm for the 1 cm voxel), its displacement, and
+its track with a row per cycle of actuation.
 
-DESIGN is a number, 0 to 6560, or the digits of all sites (0 absent, 1 passive,
-2 active) in the order x + nx (y + ny z): 6453 and 00021222 are the same. On
-another lattice (--shape) there are other numbers, and as many digits as sites.
-Or it is a file, .json as Design.save writes it or VoxCad's .vxa.
+DESIGN is one of
+  a number   from 0 to 6560 on the 2x2x2 lattice
+  digits     one per site (0 absent, 1 passive, 2 active), in the order
+             x + nx (y + ny z): 00021222 is the design 6453
+  a file     .json as written by Design.save, or VoxCad's .vxa
+Other lattices (--shape) have other numbers and as many digits as sites.
 """
 
 FRAMES_HELP = """\
@@ -59,14 +61,14 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--check-step",
         action="store_true",
-        help="simulate at half the time step as well, and tell by how much the fitness changes",
+        help="also simulate at half the time step, and report the change of the fitness",
     )
     parser.add_argument("--frames", type=Path, metavar="FILE.npz", help=FRAMES_HELP)
     parser.add_argument(
         "--every",
         type=whole_number,
         metavar="STEPS",
-        help=f"time steps from frame to frame (default: about {FRAMES_PER_CYCLE} frames per cycle)",
+        help=f"time steps between frames (default: about {FRAMES_PER_CYCLE} frames per cycle)",
     )
     parser.add_argument("--force", action="store_true", help="replace FILE.npz where it exists")
     add_threads(parser)
@@ -84,7 +86,7 @@ def run(args: Namespace) -> int:
             "followed; give a lower --frequency-hz or a shorter --duration"
         )
     if args.every and not args.frames:
-        raise BadInputError("--every says how often --frames saves; give --frames FILE.npz as well")
+        raise BadInputError("--every needs --frames FILE.npz; give that as well")
     every = 0
     if args.frames:
         with bad_input("--frames"):
@@ -129,8 +131,8 @@ def design_of(text: str, shape: tuple[int, int, int], phases: int = 1) -> Design
         return written(text, lattice)
     except ValueError as error:
         raise BadInputError(
-            f"{error}, which a {lattice} lattice takes; another lattice needs --shape NX NY NZ, "
-            "and digits from 3 on --phases P"
+            f"{error}, for the lattice {lattice}; give --shape NX NY NZ for another lattice, and "
+            "--phases P for digits above 2"
         ) from None
 
 

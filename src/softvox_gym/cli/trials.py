@@ -28,7 +28,7 @@ FILTERS = ("design", "lattice", *EQUAL, *CONTAINED)
 
 def add_trials(parser: ArgumentParser) -> None:
     """Add --trials, --cycles and the filters."""
-    group = parser.add_argument_group("trials", "of 2x2x2 designs, under the same conditions")
+    group = parser.add_argument_group("trials", "They must be of 2x2x2 designs and one condition.")
     group.add_argument(
         "--trials",
         type=Path,
@@ -94,15 +94,17 @@ def cycles(text: str) -> tuple[float, float]:
 
 def add_filters(parser: Any) -> None:
     """Add options that choose among the trials."""
-    parser.add_argument("--design", metavar="N", help="only this one, by number or digits")
-    parser.add_argument("--lattice", metavar="NAME", help="only designs of this one, as 2x2x2")
-    parser.add_argument("--source", choices=("measured", "simulated"), help="only these")
-    parser.add_argument("--simulated-in", metavar="NAME", help="only those of this reality")
-    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain this text")
-    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain it")
+    parser.add_argument("--design", metavar="N", help="only this design, a number or digits")
+    parser.add_argument("--lattice", metavar="NAME", help="only designs of this lattice, as 2x2x2")
+    parser.add_argument(
+        "--source", choices=("measured", "simulated"), help="only trials of this source"
+    )
+    parser.add_argument("--simulated-in", metavar="NAME", help="only trials of this reality")
+    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain TEXT")
+    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain TEXT")
     parser.add_argument("--kpa", type=number, metavar="X", help="only this pressure of the pump")
     parser.add_argument("--hz", type=number, metavar="X", help="only this frequency of the pump")
-    parser.add_argument("--who", metavar="TEXT", help="only of those whose name contains it")
+    parser.add_argument("--who", metavar="TEXT", help="only trials by people whose name has TEXT")
 
 
 def measured_of(args: Namespace) -> MeasuredReality | None:
@@ -117,7 +119,9 @@ def measured_of(args: Namespace) -> MeasuredReality | None:
     if args.trials is None:
         alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
         if alone:
-            raise BadInputError(f"--{alone[0].replace('_', '-')} is of --trials; give it as well")
+            raise BadInputError(
+                f"--{alone[0].replace('_', '-')} needs --trials DIR; give that as well"
+            )
         return None
     with bad_input("--trials:"):
         return from_trials(_some_chosen(read(*args.trials), args), cycles=args.cycles)
@@ -146,7 +150,7 @@ def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
     made = chosen(trials, args)
     if trials and not made:
         raise ValueError(
-            f"none of the {len(trials)} trials is as the options say; softvox trials list shows all"
+            f"none of the {len(trials)} trials matches the options; softvox trials list shows all"
         )
     return made
 

@@ -16,22 +16,22 @@ from softvox_gym.verify import checks
 from softvox_gym.verify.agreement import EXCEPTED, Row
 
 DESCRIPTION = """\
-Hold this build against the published top 100, against data measured from the
-authors' own engine, and against itself on every instruction set of this
-machine, and print the agreement table. Differences are the largest of any
+Compare this build with the published top 100, with data measured from the
+authors' own engine, and with itself on every instruction set of this machine,
+and print the agreement table. "largest" is the largest difference in any
 coordinate, in voxel widths. Takes a few seconds.
 
-linkless   designs of which no two voxels touch: there the authors' engine took
-           a tenth of the time step (dt/10)
-sensitive  designs that fall over: there the authors' engine, compiled anew,
-           disagrees with itself by up to 0.25
+linkless   designs in which no two voxels touch; for these the authors' engine
+           took a tenth of the time step (dt/10)
+sensitive  designs that fall over; for these the authors' engine, compiled
+           again, differs from itself by up to 0.25
 
 verdicts:
-ok          all within the limit
-known       one design outside the limit of the others, for the reason given,
-            and within a limit of its own
-not judged  reported only, because the authors' engine disagrees with itself
-FAILED      the exit status is then 1
+ok          all designs are within the limit
+known       one design is outside the limit, for the reason given, and within a
+            limit of its own
+not judged  reported only, because the authors' engine differs from itself
+FAILED      a design is outside its limit; the exit status is 1
 """
 
 
@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "verify",
-        help="hold this build against the published table and the reference data",
+        help="compare this build with the published table and reference data",
         description=DESCRIPTION,
     )
     parser.add_argument("--json", action="store_true", help="print JSON")

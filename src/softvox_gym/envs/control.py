@@ -1,10 +1,9 @@
-"""Environments of control: the action says how far every actuator grows in the next interval."""
+"""Control environments: the action sets how far each actuator grows in the next interval."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, ceil, degrees, hypot, pi
@@ -34,7 +33,7 @@ from softvox_gym.paused import Simulation, State, sealed, unsealed
 from softvox_gym.portable import cos_sin
 from softvox_gym.realities import PhysicsLike, Reality, reality_of
 from softvox_gym.rendering import AIM, AZIMUTH, NOWHERE, Pose, Walk, fitting_distance, render
-from softvox_gym.simulation import check_count, check_flag, check_threads
+from softvox_gym.simulation import check_count, check_flag, check_number, check_threads
 from softvox_gym.tasks import Task
 
 Array = NDArray[np.float64]
@@ -42,23 +41,23 @@ Array = NDArray[np.float64]
 #: How a saved episode begins; another format has another number.
 MAGIC = b"softvox control 1\n"
 
-#: Of an episode, cycles: so much may be missing of a whole interval at its end.
+#: Cycles by which the last interval of an episode may fall short and still count as whole.
 SLACK = 1e-3
 
-#: Of the strain: so near to an end of the range an action is at that end, wherever a wrapper that
-#: rescales actions has rounded to.
+#: Share of the strain: an action this close to an end of the range counts as that end, because a
+#: wrapper that rescales actions may have rounded.
 ROUNDED = 1e-6
 
 #: Voxel widths per second: 99 of 100 velocities are below 6, however the pumps are switched.
 FASTEST = 20.0
 
-#: From the camera to the robot, in distances that fit it alone: what it left behind is seen, too.
+#: Camera distance over the one that fits the robot alone, so that its path is seen too.
 BACK = 1.4
 
 
 @dataclass(eq=False)
 class _Group:
-    """Episodes that are equally far, and so can share a simulation."""
+    """Episodes that are equally far along, and so can share a simulation."""
 
     rows: Rows
     sim: Simulation
@@ -89,7 +88,7 @@ class _Seen(NamedTuple):
         return self._picture(self.poses[-1], len(self.path))
 
     def _picture(self, pose: Pose, until: int) -> NDArray[np.uint8]:
-        # A camera that doesn't turn or zoom, as nobody knows yet where the robot will go.
+        # The camera doesn't turn or zoom, as it is unknown where the robot will go.
         (x, y, _), distance = self.path[until - 1], BACK * fitting_distance(self.stand)
         walk, look_at = Walk(self.stand, np.array(self.path[:until])), (x, y, AIM * distance)
         return render(pose, walk, look_at=look_at, distance=distance, azimuth=self.azimuth)
@@ -100,16 +99,16 @@ class Control(Episodes):
 
     def __init__(
         self,
-        design: DesignLike,
-        shape: Sequence[int] | None,
-        physics: PhysicsLike,
-        render_mode: str | None,
         *,
-        reality: str | Reality | None,
-        task: str | Task,
-        heading: float | None,
-        interval: float,
-        groups: bool,
+        design: DesignLike = 6453,
+        shape: Sequence[int] | None = None,
+        physics: PhysicsLike = "published",
+        reality: str | Reality | None = None,
+        task: str | Task = "displacement",
+        heading: float | None = None,
+        interval: float = 1.0,
+        groups: bool = False,
+        render_mode: str | None = None,
         threads: int | None = None,
     ) -> None:
         super().__init__(render_mode)
@@ -144,7 +143,7 @@ class Control(Episodes):
         self.single_action_space = spaces.Box(
             np.float32(0), self._most, (len(self.actuators),), np.float32
         )
-        self._stand = rest_pose(self.design.array)  # until it has settled
+        self._stand = rest_pose(self.design.kinds)  # until it has settled
         assert self._stand.site is not None
         self._at = (slice(None), *self._stand.site.T)  # its voxels, in the arrays of a State
         self._low, self._high = self._bounds()
@@ -156,18 +155,18 @@ class Control(Episodes):
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the environments tell of themselves: a picture per step shows it in real time."""
+        """The environments' metadata; at its frame rate a picture per step plays in real time."""
         told = super().metadata
         if self.render_mode != "rgb_array_list":
             told["render_fps"] = max(1, round(float(self.physics.frequency_hz) / self.interval))
         return told
 
     def start(self, which: Rows, generators: Generators) -> Started:
-        """Let robots stand as they have settled; simulated once, and then copied."""
+        """Start robots in the settled state, which is simulated once and then copied."""
         return self._begin(which, self._settle(), 0)
 
     def step(self, which: Rows, actions: NDArray[Any], generators: Generators) -> Stepped:
-        """Let some robots go on for an interval."""
+        """Advance some robots by an interval."""
         amplitudes = self._amplitudes(actions)
         k, size = len(which), len(self._low)
         observations, rewards = np.zeros((k, size), np.float32), np.zeros(k)
@@ -202,7 +201,7 @@ class Control(Episodes):
         )
 
     def save(self, number: int) -> bytes:
-        """Return all that is needed to go on with an episode."""
+        """Return everything needed to continue an episode."""
         for group in self._groups:
             for place in np.flatnonzero(group.rows == number):
                 about = {"of": self._identity, "step": group.step}
@@ -211,7 +210,7 @@ class Control(Episodes):
         raise ResetNeeded("there is no episode to save: reset() first, it is over or not begun")
 
     def restore(self, saved: bytes, which: Rows) -> Started:
-        """Let some episodes go on from a saved one."""
+        """Continue a saved episode in some rows."""
         about, _, simulation = unsealed(
             MAGIC, saved, "episode", "save of SoftVoxControlEnv"
         ).partition(b"\n")
@@ -226,8 +225,9 @@ class Control(Episodes):
 
     @property
     def _identity(self) -> str:
-        """What tells which environments can go on with an episode."""
-        body = [*self.lattice, self.design.digits]
+        """The digest that environments share if they can continue each other's episodes."""
+        phases = [] if self.lattice.phases == 1 else [self.lattice.phases]
+        body = [*self.lattice, self.design.digits, *phases]
         facts = json.dumps([body, self.physics.to_dict(), self.interval])
         actuation = self._strain.tobytes() + self._phase.tobytes()
         return hashlib.sha256(facts.encode() + actuation).hexdigest()
@@ -249,7 +249,7 @@ class Control(Episodes):
         return self._settled
 
     def _across(self, sim: Simulation) -> float:
-        """Return from where the camera sees a robot pass that is pumped fully, or as it is told."""
+        """Return the azimuth that looks across the heading, or the fully pumped robot's path."""
         if self.task.heading is not None:
             return self.task.heading - 90
         sim.advance(until=np.inf)
@@ -257,7 +257,7 @@ class Control(Episodes):
         return degrees(atan2(y, x)) - 90 if hypot(x, y) > NOWHERE else AZIMUTH
 
     def _begin(self, which: Rows, sim: Simulation, step: int) -> Started:
-        """Let robots go on from the one of a simulation, after so many intervals."""
+        """Start robots as copies of a simulation's one robot, after some number of intervals."""
         copies = sim.take([0] * len(which))
         state, moved = copies.state, copies.displacement
         group = _Group(which, copies, step, np.nan_to_num(self.task.reward(moved)))
@@ -270,7 +270,7 @@ class Control(Episodes):
         return Started(self._observed(group, state, moved), {}, films)
 
     def _without(self, which: Rows) -> list[_Group]:
-        """Return the groups less some episodes."""
+        """Return the groups without some episodes."""
         left = []
         for group in self._groups:
             stays = ~np.isin(group.rows, which)
@@ -279,7 +279,7 @@ class Control(Episodes):
         return left
 
     def _playing(self, which: Rows) -> list[_Group]:
-        """Return the groups of these episodes alone; ResetNeeded where there is none of one."""
+        """Return the groups of these episodes alone; ResetNeeded if one is not playing."""
         if len(self._groups) == 1 and np.array_equal(self._groups[0].rows, which):
             return self._groups
         known = [row for group in self._groups for row in group.rows]
@@ -299,7 +299,7 @@ class Control(Episodes):
         return playing
 
     def _advance(self, group: _Group, amplitudes: Array) -> list[State]:
-        """Go on for an interval; return the states to be seen, of which the last is its end."""
+        """Advance by an interval; return the states to show, the last being its end."""
         frequency, settle = float(self.physics.frequency_hz), float(self.physics.settle_time)
         begin, end = (settle + (group.step + k) * self.interval / frequency for k in range(2))
         pictures = 1
@@ -315,7 +315,7 @@ class Control(Episodes):
         return states
 
     def _amplitudes(self, actions: NDArray[Any]) -> Array:
-        """Return what actions, shape (k, actuators), are to every voxel, shape (k, nx, ny, nz)."""
+        """Return the strain of every voxel, (k, nx, ny, nz), for actions, (k, actuators)."""
         given, shape = np.asarray(actions), (len(self.actuators),)
         if given.dtype.kind not in "iuf" or given.shape[1:] != shape:
             raise ValueError(
@@ -335,7 +335,7 @@ class Control(Episodes):
         return np.asarray(self.lattice.to_stack(rows) * self._strain)
 
     def _bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the least and the most of every slot; see `SoftVoxControlEnv`."""
+        """Return the bounds of every slot of an observation; see `SoftVoxControlEnv`."""
         far, near = max(1.0, ceil(float(self.physics.cycles))), 2.0 * max(self.lattice)
         whole = [far] * 3 + [FASTEST] * 3 + [1.0, 1.0, 1.0]
         voxel = [near] * 3 + [FASTEST] * 3 + [1.0, 1.0 + float(np.max(self._strain))]
@@ -346,11 +346,11 @@ class Control(Episodes):
         return low.astype(np.float32), np.array(whole + voxel * m, np.float32)
 
     def _observed(self, group: _Group, state: State, moved: Array) -> NDArray[np.float32]:
-        """Return observations, shape (k, 9 + 8 voxels), of robots that are so displaced."""
+        """Return observations, shape (k, 9 + 8 voxels), of robots with these displacements."""
         at, edge, k = self._at, float(self.physics.edge), len(group.rows)
         velocity = state.velocity[at]
         mean = velocity.mean(axis=1)
-        turns = float(self.physics.frequency_hz) * state.time[0]  # theirs is one
+        turns = float(self.physics.frequency_hz) * state.time[0]  # the same for all of a group
         cosine, sine = cos_sin(2 * pi * (turns - np.floor(turns)))
         clock = np.tile([cosine, sine, group.step / self.steps], (k, 1))
         whole = [moved, mean / edge, clock]
@@ -367,7 +367,7 @@ class Control(Episodes):
     def _filmed(
         self, group: _Group, states: Sequence[State], lost: NDArray[np.bool_]
     ) -> list[_Seen]:
-        """Return what there is to see of every robot of a group; a lost one stands as it stood."""
+        """Return a film of every robot of a group; a diverged one stands at its start."""
         films = []
         for j, row in enumerate(group.rows.tolist()):
             path, poses = self._paths[row], [self._stand]
@@ -394,77 +394,75 @@ def _is_lost(displacement: Array) -> NDArray[np.bool_]:
 
 
 def _actuators(design: Design, *, are_grouped: bool) -> tuple[tuple[int, ...], ...]:
-    """Return the sites that each slot of an action drives."""
+    """Return the sites that each entry of an action drives."""
     check_flag("groups", are_grouped)
-    if not (design.array == ACTIVE).any():
+    if not design.n_active:
         raise ValueError(
             f"design {design.digits} has no active voxel, so there is nothing to control; active "
             "ones have the digit 2"
         )
     if not are_grouped:
-        return tuple((site,) for site, digit in enumerate(design.digits) if digit == str(ACTIVE))
+        return tuple((site,) for site, digit in enumerate(design.digits) if int(digit) >= ACTIVE)
     return actuators(design)
 
 
 def _interval(interval: float, shortest: float) -> float:
-    """Return an interval, cycles, if it is one of at least a time step."""
-    is_number = isinstance(interval, (int, float, np.integer, np.floating))
-    if not is_number or isinstance(interval, (bool, np.bool_)):
-        raise TypeError(f"interval must be a number of cycles, got {interval!r}")
-    if not shortest <= interval <= sys.float_info.max:
+    """Check and return an interval, in cycles: finite and at least a time step."""
+    cycles = check_number("interval", interval)
+    if not shortest <= cycles < np.inf:
         raise ValueError(
             f"interval must be finite and at least a time step ({shortest:.2g} cycles), got "
             f"{interval}"
         )
-    return float(interval)
+    return cycles
 
 
 class SoftVoxControlEnv(SingleEnv):
-    """Control a soft robot of voxels: say how far every actuator grows in the next interval.
+    """Control a voxel-based soft robot: set how far each actuator grows in the next interval.
 
-    The robot's design is given; the pump's sine goes on as in the other environments, and the
-    action is its amplitude. An episode that always plays the largest is the published pump: it
-    gives the displacement that `softvox_gym.simulate` does, to the bit.
+    The robot's design is fixed; the pump's sine runs as in the other environments, and the action
+    is its amplitude. An episode that always plays the largest amplitude is the published pump: it
+    gives the displacement of `softvox_gym.simulate`, to the bit.
 
     Action space
     ------------
     ``Box(0, strain, (actuators,), float32)``: the amplitude of every actuator until the next step,
-    in order of their sites; `actuators` tells which sites each has. At the high end, or a millionth
-    of it away, it is the strain of the physics in every digit of a double. In a reality whose
-    strain varies from voxel to voxel, each gets its share of its own.
+    in order of their sites; `actuators` lists the sites of each. The high end, or a value within a
+    millionth of it, is the strain of the physics in every digit of a double. In a reality whose
+    strain varies from voxel to voxel, each voxel gets that share of its own strain.
 
     Observation space
     -----------------
-    ``Box(low, high, (9 + 8 voxels,), float32)``; values beyond the bounds are cut to them. Lengths
-    are in voxel widths, L is the longest side of the lattice. Zeros where the robot diverged.
+    ``Box(low, high, (9 + 8 voxels,), float32)``; values beyond the bounds are clipped. Lengths are
+    in voxel widths; L is the longest side of the lattice. All zeros if the robot diverged.
 
     ============== ================================================== ==========================
-    slot           what                                               bounds
+    slot           value                                              bounds
     ============== ================================================== ==========================
     0, 1, 2        displacement x, y, z so far                        +- cycles of the episode
     3, 4, 5        velocity of the centre of mass, per second         +- 20
     6, 7           cosine and sine of the pump's phase                +- 1
-    8              progress: the share of the intervals that is over  0, 1
+    8              progress: the share of intervals completed         0, 1
     9 + 8 v + 0-2  voxel v: position from the centre of mass          +- 2 L
     9 + 8 v + 3-5  velocity less that of the centre, per second       +- 20
     9 + 8 v + 6    whether it touches the floor                       0, 1
     9 + 8 v + 7    edge                                               0, 1 + strain
     ============== ================================================== ==========================
 
-    Voxels count in the order of their sites. Where intervals are whole cycles, 6 and 7 stay as they
-    are.
+    Voxels are in the order of their sites. If intervals are whole cycles, slots 6 and 7 never
+    change.
 
     Reward
     ------
-    By how much the task's value has grown in the interval, voxel widths: the horizontal distance
-    from where the robot stood at the end of settling, or its part along the heading. The rewards of
-    an episode so add up to its fitness, but for rounding: who goes in circles earns nothing. One
-    that diverges loses what it had: the sum is 0.
+    The gain in the task's value over the interval, in voxel widths: in the horizontal distance from
+    where the robot stood at the end of settling, or in its component along the heading. So the
+    rewards of an episode add up to its fitness, apart from rounding: walking in circles earns
+    nothing. A robot that diverges loses what it had earned: the sum is 0.
 
     End of an episode
     -----------------
     Truncated at the physics' duration: after ``ceil(cycles / interval)`` steps, the last of which
-    may be shorter; 15 by default. Terminated where the robot diverges.
+    may be shorter; 15 by default. Terminated if the robot diverges.
 
     Info
     ----
@@ -481,34 +479,34 @@ class SoftVoxControlEnv(SingleEnv):
     Parameters
     ----------
     design : int, str, sequence of int, array or Design
-        The robot, as a number or the digits of all sites, or an (nx, ny, nz) array. It may be of
-        several pieces; the centre of mass is that of them all. As number, text or list it survives
+        The robot, as a number, the digits of all sites, or an (nx, ny, nz) array. It may be in
+        several pieces; the centre of mass is that of all of them. A number, text or list survives
         ``spec.to_json()``.
     shape : (int, int, int), optional
-        The lattice of a number or a row of digits; otherwise 2x2x2.
+        The lattice of a number or a row of digits; by default 2x2x2.
     physics, reality, task, heading
-        As `SoftVoxEnv` takes them; of a reality, voxels must be whole.
+        As in `SoftVoxEnv`; a reality must not divide voxels into parts.
     interval : float
-        Between actions, in cycles of the pump.
+        Time between actions, in cycles of the pump.
     groups : bool
-        Whether the active voxels of a slice z that are neighbours share one actuator, as they share
-        the air in robots built of the paper's kit.
+        Whether neighbouring active voxels of a slice z share one actuator, as they share the air in
+        robots built from the paper's kit.
     render_mode : {"rgb_array", "rgb_array_list"}, optional
-        A picture of the robot as it is now, beside where it began, with its path; or the pictures
-        since the last call of `render`, which show the whole walk, 25 per second at half its speed.
+        A picture of the robot as it is now, with its start and its path; or all pictures since the
+        last call of `render`, which show the whole walk, 25 per second at half speed.
 
     Attributes
     ----------
     design : Design
     actuators : tuple of tuple of int
-        The sites that each slot of an action drives.
+        The sites that each entry of an action drives.
 
     Raises
     ------
     TypeError, ValueError
-        For a design that is none or has no active voxel, an interval that is no positive number or
-        is shorter than a time step, a strain that is not positive, a reality of parts of voxels, or
-        as `SoftVoxEnv` does; by `step` for an action that is not in the space.
+        If the design is invalid or has no active voxel, the interval is not a positive number or is
+        shorter than a time step, the strain is not positive, the reality divides voxels, or
+        `SoftVoxEnv` would raise; by `step` if the action is not in the space.
 
     Examples
     --------
@@ -522,7 +520,7 @@ class SoftVoxControlEnv(SingleEnv):
     >>> print(observation.shape, round(info["fitness"], 2))
     (49,) 4.66
 
-    Planning, one interval ahead: of sixteen actions, the one that earns most is taken.
+    Planning one interval ahead: take the best of sixteen actions.
 
     >>> observation, info = env.reset()
     >>> start, found = env.unwrapped.save(), {}
@@ -554,29 +552,38 @@ class SoftVoxControlEnv(SingleEnv):
         groups: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups}
-        super().__init__(Control(design, shape, physics, render_mode, **options))
-        self.design, self.actuators = self.episodes.design, self.episodes.actuators
+        control = Control(
+            design=design,
+            shape=shape,
+            physics=physics,
+            reality=reality,
+            task=task,
+            heading=heading,
+            interval=interval,
+            groups=groups,
+            render_mode=render_mode,
+        )
+        super().__init__(control)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self) -> bytes:
-        """Return the episode as it stands; without a wrapper's share of it.
+        """Return the current state of the episode, without any state of wrappers.
 
         Raises
         ------
         ResetNeeded
-            Where it is over, or not begun.
+            If the episode is over or has not begun.
         """
         return self.episodes.save(0)
 
     def restore(self, saved: bytes) -> NDArray[np.float32]:
-        """Go on from a saved episode, to the bit; return its observation.
+        """Continue a saved episode, to the bit; return its observation.
 
         Raises
         ------
         TypeError, ValueError
-            For bytes that `save` did not make, that are damaged, or of another design, physics,
-            interval or engine.
+            If `save` did not make the bytes, if they are damaged, or if they belong to another
+            design, physics, interval or engine.
         """
         observations, _, films = self.episodes.restore(saved, np.zeros(1, np.intp))
         self._seen = list(films)
@@ -590,9 +597,9 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
     ----------
     num_envs : int
     design, shape, physics, reality, task, heading, interval, groups, render_mode
-        As `SoftVoxControlEnv` takes them; one for the whole batch.
+        As in `SoftVoxControlEnv`; one for the whole batch.
     autoreset_mode, threads
-        As `SoftVoxVectorEnv` takes them.
+        As in `SoftVoxVectorEnv`.
 
     Raises
     ------
@@ -601,7 +608,7 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
 
     Examples
     --------
-    Planning again: `restore` brings one episode to all environments, which try an action each.
+    Planning again: `restore` copies one episode into all environments, and each tries an action.
 
     >>> import gymnasium as gym
     >>> import softvox_gym
@@ -623,31 +630,20 @@ class SoftVoxControlVectorEnv(NativeVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        design: DesignLike = 6453,
-        shape: Sequence[int] | None = None,
-        physics: PhysicsLike = "published",
-        reality: str | Reality | None = None,
-        task: str | Task = "displacement",
-        heading: float | None = None,
-        interval: float = 1.0,
-        groups: bool = False,
-        render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
+        **options: Any,
     ) -> None:
-        options: Any = {"reality": reality, "task": task, "heading": heading}
-        options |= {"interval": interval, "groups": groups, "threads": threads}
-        episodes = Control(design, shape, physics, render_mode, **options)
-        super().__init__(episodes, num_envs, autoreset_mode)
-        self.design, self.actuators = episodes.design, episodes.actuators
+        control = Control(**options)
+        super().__init__(control, num_envs, autoreset_mode)
+        self.design, self.actuators = control.design, control.actuators
 
     def save(self, number: int = 0) -> bytes:
-        """Return the episode of one environment as it stands, as a single one does."""
+        """Return the episode state of one environment, as `SoftVoxControlEnv.save` does."""
         check_count("number", number, least=0, most=self.num_envs - 1)
         return self.episodes.save(number)
 
     def restore(self, saved: bytes) -> NDArray[np.float32]:
-        """Let all environments go on from one saved episode; return observations."""
+        """Continue one saved episode in all environments; return their observations."""
         every = np.ones(self.num_envs, dtype=np.bool_)
         self._start_anew(every, lambda which: self.episodes.restore(saved, which))
         self._has_reset |= every

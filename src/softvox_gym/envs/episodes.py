@@ -1,4 +1,4 @@
-"""What an environment plays: episodes side by side, one of them or a whole batch."""
+"""What an environment runs: episodes side by side, one of them or a whole batch."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Columns = Mapping[str, NDArray[Any]]
 
 
 class Film(Protocol):
-    """What there is to see of a step, drawn only where somebody asks."""
+    """What a step can show, drawn only on request."""
 
     def pictures(self) -> list[NDArray[np.uint8]]:
         """Draw every moment."""
@@ -42,10 +42,10 @@ class Started(NamedTuple):
     ----------
     observations : ndarray, shape (k, ...)
     infos : dict of ndarray, each of shape (k, ...)
-        A row per episode, and the same keys for each of them. Bools, ints and floats only: tensors
-        are made of infos.
+        A row per episode, and the same keys for all of them. Only bools, ints and floats, because
+        infos are turned into tensors.
     films : sequence of Film or None, k of them
-        None for the empty floor; all None where `render_mode` is None.
+        None for an empty floor; all None if `render_mode` is None.
     """
 
     observations: NDArray[Any]
@@ -61,7 +61,7 @@ class Stepped(NamedTuple):
     rewards : ndarray, shape (k,), or (k, m) of a vector reward
     terminated, truncated : ndarray of bool, shape (k,)
     finals : dict of ndarray
-        Infos, too, but only of those that are over: a row for each of them.
+        Further infos of the episodes that are over only: a row for each of them.
     """
 
     observations: NDArray[Any]
@@ -74,24 +74,24 @@ class Stepped(NamedTuple):
 
 
 class Episodes(ABC):
-    """Plays episodes, numbered from 0, of which some are started or stepped at a time.
+    """Runs episodes, numbered from 0; each call starts or steps some of them.
 
-    `SingleEnv` plays number 0 of them, `NativeVectorEnv` as many as it has environments. Those see
-    to seeds, autoreset, masks, the batching of infos, and pictures; what an episode is, is said
-    here alone, for k of them at once. An episode must not notice who is played beside it: the
+    `SingleEnv` runs only number 0, `NativeVectorEnv` as many as it has environments. They handle
+    seeds, autoreset, masks, the batching of infos, and pictures. This class alone defines what an
+    episode is, for k of them at once. An episode must not depend on the episodes beside it: the
     vector environment equals single ones to the bit.
 
-    To write another environment: a class like this, and `SingleEnv` and `NativeVectorEnv` of it,
-    as `SoftVoxEnv` and `SoftVoxVectorEnv` are of `Evaluator`. What has to be kept from step to step
-    is kept by the episode's number, e.g. in an array with a row for each of a `num_envs` that the
-    class is made with (1 for a single environment).
+    To write another environment, derive from this class, and from `SingleEnv` and `NativeVectorEnv`
+    with it, as `SoftVoxEnv` and `SoftVoxVectorEnv` do with `Evaluator`. Keep state between steps by
+    the episode's number, for example in an array with `num_envs` rows (1 for a single environment),
+    a number that the class is made with.
 
     Attributes
     ----------
     single_action_space, single_observation_space : gymnasium.Space
-        Of one episode. Batches of both are single arrays: no Dict, no Tuple.
+        Those of one episode. Batches of both must be single arrays: no Dict, no Tuple.
     reward_space : gymnasium.spaces.Box or None
-        Of a vector reward, as MO-Gymnasium has it, shape (m,); None where rewards are numbers.
+        That of a vector reward, as in MO-Gymnasium, shape (m,); None if rewards are numbers.
     physics : Physics
     render_mode : str or None
         One of ``METADATA["render_modes"]``.
@@ -103,7 +103,7 @@ class Episodes(ABC):
     Raises
     ------
     ValueError
-        For an unknown render mode.
+        If the render mode is unknown.
     """
 
     single_action_space: gym.Space[Any]
@@ -119,49 +119,50 @@ class Episodes(ABC):
 
     @abstractmethod
     def start(self, which: Rows, generators: Generators) -> Started:
-        """Start some episodes, whatever state they are in; the first call starts all.
+        """Start some episodes, in whatever state they are; the first call starts all.
 
         Parameters
         ----------
         which : ndarray of int, shape (k,)
-            Their numbers, ascending, one or more.
+            The numbers of the episodes, ascending, at least one.
         generators : callable () -> sequence of Generator
-            Theirs. Only called where something is drawn, so that seeds are only made then.
+            Returns their generators. Call it only if you draw something, so that seeds are made
+            only then.
         """
 
     @abstractmethod
     def step(self, which: Rows, actions: NDArray[Any], generators: Generators) -> Stepped:
-        """Step some episodes. Others are not to be touched: they may be over, or reset next.
+        """Step some episodes. Leave the others alone: they may be over, or about to be reset.
 
         Parameters
         ----------
         which, generators
-            As of `start`.
+            As in `start`.
         actions : ndarray, shape (k, ...)
-            As the caller gave them, a row for each: nothing has been checked but their number.
+            The caller's actions, a row for each episode; only their number has been checked.
 
         Raises
         ------
         TypeError, ValueError
-            For actions that are not in the space; nothing was drawn or changed then.
+            If the actions are not in the space; nothing has been drawn or changed then.
         gymnasium.error.ResetNeeded
-            Where an episode was not started or is over, if that makes a difference: a single
-            environment does not look.
+            If an episode was not started or is over, and the class depends on it: a single
+            environment does not check.
         """
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the environments tell of themselves; a copy."""
+        """A copy of the environments' metadata."""
         is_film = self.render_mode == "rgb_array_list"
         return {**METADATA, "render_fps": WALK_FPS if is_film else METADATA["render_fps"]}
 
 
 def pictured(film: Film | None) -> NDArray[np.uint8]:
-    """Return the last moment of a step; the empty floor where there is none."""
+    """Return the last picture of a step; an empty floor if there is no film."""
     return render(None) if film is None else film.last()
 
 
 def moving(films: Sequence[Film | None]) -> list[NDArray[np.uint8]]:
-    """Return every moment of some steps; the empty floor where there is none."""
+    """Return every picture of some steps; an empty floor for a step without a film."""
     floor = [render(None)] if None in films else []
     return [p for film in films for p in (floor if film is None else film.pictures())]

@@ -1,4 +1,4 @@
-"""Episodes of one step: the action is a design, and the step tries it."""
+"""Episodes of one step: the action is a design, and the step evaluates it."""
 
 from __future__ import annotations
 
@@ -37,26 +37,26 @@ from softvox_gym.rendering import Pose, Stage, Walk
 from softvox_gym.simulation import Result, check_flag, check_threads, sample_count, spaced
 from softvox_gym.tasks import Task
 
-#: Objectives for which the ends of a track suffice.
+#: Objectives that need only the ends of a track.
 TOLD_BY_ENDS = ("displacement", "voxels", "actuators", "heading")
 
-#: Of the path in a picture; the robot is shown as the last of them has it.
+#: Points of the path in a picture; the robot is shown at the last of them.
 POSES_PER_RUN = 128
 
 
 class Action(NDArray[np.int64]):
-    """An action, or a batch of them, with what the wrappers around it ask of the step.
+    """An action, or a batch of them, with the requests of the wrappers around the environment.
 
-    Wrappers hand it inwards through whatever is between them and the environment.
+    Wrappers pass it inwards through whatever lies between them and the environment.
 
     Attributes
     ----------
     perturbations : tuple of Perturbation
-        Of every trial.
+        Applied to every trial.
     trials : int or None
-        Per design; None where nobody asks for several, and so nobody wants to see each.
+        Trials per design; None if no wrapper asks for several, so that infos need not list each.
     heard : list of True
-        What the environment puts something into when it gets to know; None where nothing is asked.
+        The environment appends to it when it receives the requests; None without requests.
     """
 
     perturbations: tuple[Perturbation, ...] = ()
@@ -65,18 +65,18 @@ class Action(NDArray[np.int64]):
 
     @classmethod
     def of(cls, action: ArrayLike) -> Self:
-        """Return an action as one that asks for nothing more than it does."""
+        """Return an action as an `Action`, with the requests it already has."""
         array = np.asanyarray(action)
         return array if isinstance(array, cls) else array.view(cls)
 
     def __array_finalize__(self, other: Any) -> None:
-        """Keep what is asked for when an action is copied, transformed or taken apart."""
+        """Keep the requests when an action is copied, transformed or indexed."""
         self.perturbations = getattr(other, "perturbations", ())
         self.trials = getattr(other, "trials", None)
         self.heard = getattr(other, "heard", None)
 
     def asking(self, *perturbations: Perturbation, trials: int | None = None) -> Self:
-        """Return the action asking for more perturbations, or for trials."""
+        """Return the action with added requests for perturbations or trials."""
         asked = self.view()
         asked.perturbations = (*self.perturbations, *perturbations)
         asked.trials = self.trials if trials is None else trials
@@ -85,7 +85,7 @@ class Action(NDArray[np.int64]):
 
 
 class Evaluator(Episodes):
-    """Tries the designs that actions stand for; made with the arguments of an environment."""
+    """Evaluates the designs that actions stand for; takes the arguments of an environment."""
 
     def __init__(
         self,
@@ -149,7 +149,7 @@ class Evaluator(Episodes):
         return Started(np.zeros((len(which), *shape)), {}, [None] * len(which))
 
     def step(self, which: Rows, actions: NDArray[np.int64], generators: Generators) -> Stepped:
-        """Try a batch of designs; the films are of the first trial of each."""
+        """Evaluate a batch of designs; films show the first trial of each."""
         actions = Action.of(actions)
         if actions.heard is not None:
             actions.heard.append(True)
@@ -207,10 +207,10 @@ class Evaluator(Episodes):
 
 
 class Filmed(NamedTuple):
-    """How a robot walked from when the pump began."""
+    """The walk of a robot from the moment the pump began."""
 
     walk: Walk
-    poses: list[Pose]  # of every moment; for single pictures the first and the last
+    poses: list[Pose]  # at every moment; for single pictures only the first and the last
 
     def pictures(self) -> list[NDArray[np.uint8]]:
         """Draw every moment."""
@@ -223,7 +223,7 @@ class Filmed(NamedTuple):
 
 
 def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool) -> dict[str, Any]:
-    """Return what an environment tells of an evaluation, key by key, each of shape (n, ...)."""
+    """Return the infos of an evaluation: for each key an array of shape (n, ...)."""
     lattice = evaluation.lattice
     bodies = BodyFacts.of(rows, lattice)
     lost = evaluation.diverged.all(axis=1)
@@ -245,9 +245,9 @@ def _infos(evaluation: Evaluation, rows: NDArray[np.uint8], *, is_repeated: bool
 
 
 def _filmed(result: Result | None, n: int, evaluator: Evaluator) -> list[Filmed | None]:
-    """Return how the first trial of each of n designs went, in lengths of a voxel.
+    """Return films of the first trial of each of n designs, in voxel widths.
 
-    A design that diverged is shown as built, and one without voxels not at all.
+    A design that diverged is shown as built; one without voxels has no film.
     """
     if result is None or not n:
         return []

@@ -1,4 +1,4 @@
-"""Robots that grow: an episode builds one voxel by voxel, and tries it at the end."""
+"""Robots that grow: an episode builds one voxel by voxel and tries it at the end."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from softvox_gym.simulation import check_count, check_flag
 
 Bools = NDArray[np.bool_]
 
-#: How often a film shows a robot after each voxel: a fifth of a second.
+#: Frames that a film shows after each voxel: a fifth of a second.
 PICTURES_PER_VOXEL = 5
 
 
@@ -32,25 +32,25 @@ def masks(
 ) -> Bools:
     """Return which digits the next sites may get.
 
-    Where only connected robots are wanted, these are the digits after which the sites still open
-    can join all that stands into one piece. That is so when what stands lies within one piece of
-    what stands and is open together: were all open sites of that piece filled, it would be one.
-    No robot is no piece, so that the last site can't be absent where nothing stands.
+    If only connected robots are wanted, these are the digits after which the open sites can still
+    join the voxels into one piece. That holds if all voxels lie within one connected component of
+    the voxels and the open sites: filling all open sites of that component would make one piece. An
+    empty robot is not one piece, so the last site can't be absent if there are no voxels.
 
     Parameters
     ----------
     rows : ndarray of uint8, shape (n, sites)
-        The digits so far, 0 of sites still open.
+        The digits so far; 0 for sites still open.
     following : ndarray of int, shape (n,)
-        The next site of each; all before it are built, and it and all behind it are open.
+        The next site of each. All sites before it are built; it and all after it are open.
     lattice : Lattice
     connected : bool
-        Whether only what can end in one piece is allowed; else all digits are.
+        Whether to allow only digits that can lead to one piece, or all.
 
     Returns
     -------
     ndarray of bool, shape (n, 3)
-        All true where no digit leads to one piece any more, as after the last site.
+        All true if no digit can lead to one piece any more, as after the last site.
     """
     if not connected:
         return np.ones((len(rows), ACTIVE + 1), dtype=np.bool_)
@@ -63,7 +63,7 @@ def masks(
 
 
 def _can_join(stands: Bools, is_open: Bools, lattice: Lattice) -> Bools:
-    """Return whether open sites can join what stands into one piece, shape (n,)."""
+    """Return whether the open sites can join the voxels into one piece, shape (n,)."""
     free = stands | is_open
     first = np.where(stands.any(axis=1), stands.argmax(axis=1), free.argmax(axis=1))
     start = np.arange(lattice.sites) == first[:, np.newaxis]
@@ -72,7 +72,7 @@ def _can_join(stands: Bools, is_open: Bools, lattice: Lattice) -> Bools:
 
 
 def _reached(start: Bools, free: Bools) -> Bools:
-    """Return what of the free sites hangs together with the first by faces, (n, nx, ny, nz)."""
+    """Return which free sites connect to the start through faces, (n, nx, ny, nz)."""
     reached = start
     while True:
         grown = reached.copy()
@@ -92,11 +92,11 @@ class Unfinished(NamedTuple):
     digits: NDArray[np.uint8]  #: (nx, ny, nz)
 
     def pictures(self) -> list[NDArray[np.uint8]]:
-        """Draw it, and stay for a moment."""
+        """Draw it for several frames."""
         return [self.last()] * PICTURES_PER_VOXEL
 
     def last(self) -> NDArray[np.uint8]:
-        """Draw it, from where the whole lattice is seen."""
+        """Draw it, with a camera that sees the whole lattice."""
         distance = fitting_distance(rest_pose(np.ones_like(self.digits)))
         middle = [side / 2 for side in self.digits.shape]
         return render(rest_pose(self.digits), look_at=middle, distance=distance)
@@ -111,6 +111,11 @@ class Growth(Episodes):
         self.evaluator = Evaluator(render_mode=render_mode, **trial)
         self.physics, self.reward_space = self.evaluator.physics, self.evaluator.reward_space
         self.lattice, self.connected = self.evaluator.lattice, connected
+        if self.lattice.phases > 1:
+            raise ValueError(
+                f"phases must be 1, as robots that grow have one, got {self.lattice.phases}; "
+                "SoftVox-v0 takes several"
+            )
         self.single_action_space = spaces.Discrete(ACTIVE + 1)
         sites = self.lattice.sites
         self.single_observation_space = spaces.Box(0, 1, (4 * sites,), np.float32)
@@ -123,12 +128,12 @@ class Growth(Episodes):
         return masks(rows, following, self.lattice, connected=self.connected)
 
     def start(self, which: Rows, generators: Generators) -> Started:
-        """Show what stands, which is nothing."""
+        """Show an empty lattice."""
         self._rows[which], self._next[which] = ABSENT, 0
         return Started(*self._shown(which))
 
     def step(self, which: Rows, actions: NDArray[np.int64], generators: Generators) -> Stepped:
-        """Build a site of each, and try those that have no other."""
+        """Set the next digit of each, and try the robots that are finished."""
         actions = Action.of(actions)
         if actions.dtype.kind not in "iu" or actions.shape != which.shape:
             raise ValueError(
@@ -149,7 +154,7 @@ class Growth(Episodes):
         if over.any():
             last = which[over]
             designs = np.empty_like(actions, np.int64, shape=(len(last), self._rows.shape[1]))
-            designs[:] = self._rows[last]  # an Action still, with what the wrappers ask of it
+            designs[:] = self._rows[last]  # still an Action, with the wrappers' requests
             tried = self.evaluator.step(last, designs, lambda: list(compress(generators(), over)))
             rewards[over], finals = tried.rewards, tried.infos
             for i, film in zip(np.flatnonzero(over), tried.films, strict=True):
@@ -158,7 +163,7 @@ class Growth(Episodes):
         return Stepped(observations, rewards, *ends, infos, films, finals)
 
     def _shown(self, which: Rows) -> tuple[NDArray[np.float32], dict[str, Any], list[Any]]:
-        """Return observations, infos and films of what stands."""
+        """Return observations, infos and films of the robots so far."""
         rows, sites = self._rows[which], np.arange(self._rows.shape[1])
         is_next = (sites == self._next[which, np.newaxis])[..., np.newaxis]
         is_built = (sites < self._next[which, np.newaxis])[..., np.newaxis]
@@ -172,10 +177,10 @@ class Growth(Episodes):
 
 
 class SoftVoxGrowEnv(SingleEnv):
-    """Grow a soft robot voxel by voxel; at the end it is rewarded for how far it travels.
+    """Grow a soft robot voxel by voxel; at the end the reward is how far it travels.
 
-    An episode gives one site after another its digit, in the order of the sites, i = x + nx (y +
-    ny z), so that the digits read d_0 d_1 d_2 ... like a design's.
+    An episode sets the digit of one site after another, in the order of the sites, i = x + nx (y +
+    ny z), so the digits read d_0 d_1 d_2 ... like a design's.
 
     Action space
     ------------
@@ -183,7 +188,7 @@ class SoftVoxGrowEnv(SingleEnv):
 
     Observation space
     -----------------
-    ``Box(0, 1, (4 * sites,), float32)``: what stands, and which site is next.
+    ``Box(0, 1, (4 * sites,), float32)``: the voxels so far, and which site is next.
 
     ======= ====================
     entry   1 where site i is
@@ -194,43 +199,44 @@ class SoftVoxGrowEnv(SingleEnv):
     4 i + 3 the next
     ======= ====================
 
-    All four are 0 where it is open, but not the next; after the last site none is.
+    All four are 0 for an open site that is not the next; after the last site none is next.
 
     Reward
     ------
-    0 until the last site; then as that of `SoftVoxEnv`, the fitness or ``objectives``.
+    0 until the last site; then that of `SoftVoxEnv`: the fitness or the ``objectives``.
 
     End of an episode
     -----------------
-    The step of the last site terminates; none truncates.
+    The step of the last site terminates; no step truncates.
 
     Info
     ----
     =========== ========== ================================================================
     key         type
     =========== ========== ================================================================
-    action_mask int8, (3,) 1 for each digit that the next site may get, as
-                           ``action_space.sample(mask=...)`` takes it; `action_masks` returns the
-                           same as bools, as sb3-contrib asks for it
+    action_mask int8, (3,) 1 for each digit that the next site may get, for
+                           ``action_space.sample(mask=...)``; `action_masks` returns the same as
+                           bools, for sb3-contrib
     =========== ========== ================================================================
 
-    It is told after reset and after every step; after the last all that `SoftVoxEnv` tells, too.
+    Returned by reset and by every step; the last step adds the info of `SoftVoxEnv`.
 
     Parameters
     ----------
     connected : bool
-        Whether the mask has only digits after which the robot can still end in one piece; whoever
-        keeps to it builds one, and can build each. Else it has all. Other digits than the mask's
-        are taken as well; once none leads to one piece any more, it has all again.
+        Whether the mask has only digits after which the robot can still end in one piece. Agents
+        that follow such a mask always build one piece, and can build every one. Otherwise the mask
+        allows all digits. A digit outside the mask is accepted too; once no digit can lead to one
+        piece any more, the mask allows all.
     shape, physics, reality, task, heading, objectives, render_mode, from_table
-        As `SoftVoxEnv` takes them. Pictures show what stands; those of the last step the walk.
+        As in `SoftVoxEnv`. Pictures show the voxels so far; those of the last step show the walk.
 
     Raises
     ------
     TypeError, ValueError
-        As `SoftVoxEnv` does; by `step` for an action that is not in the space.
+        As `SoftVoxEnv` does; by `step` if the action is not in the space.
     gymnasium.error.ResetNeeded
-        By `step` where the robot is built.
+        By `step` if the robot is finished.
 
     Examples
     --------
@@ -263,14 +269,14 @@ class SoftVoxGrowEnv(SingleEnv):
 
 
 class SoftVoxGrowVectorEnv(NativeVectorEnv):
-    """`SoftVoxGrowEnv` for a batch of robots; those that are built at one step are tried together.
+    """`SoftVoxGrowEnv` for a batch of robots; robots finished in one step are tried together.
 
     Parameters
     ----------
     num_envs, autoreset_mode, threads
-        As `SoftVoxVectorEnv` takes them.
+        As in `SoftVoxVectorEnv`.
     connected, shape, physics, reality, task, heading, objectives, render_mode, from_table
-        As `SoftVoxGrowEnv` takes them; one for the whole batch.
+        As in `SoftVoxGrowEnv`; one for the whole batch.
 
     Raises
     ------

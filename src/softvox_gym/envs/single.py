@@ -1,4 +1,4 @@
-"""Single environments: of any episodes, and of the one step that simulates a design."""
+"""Single environments: for any episodes, and for one step that simulates a design."""
 
 from __future__ import annotations
 
@@ -38,23 +38,25 @@ class SingleEnv(gym.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Start an episode; see the class for what is returned. There are no options."""
+        """Start an episode; the class describes what is returned. There are no options."""
         super().reset(seed=seed)
         observations, infos, films = self.episodes.start(_ONLY, lambda: [self.np_random])
         self._seen = [films[0]]
         return observations[0], _first(infos)
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Go on; see the class for what is returned."""
+        """Make a step; the class describes what is returned."""
         observations, rewards, terminated, truncated, infos, films, finals = self.episodes.step(
             _ONLY, np.asanyarray(action)[np.newaxis], lambda: [self.np_random]
         )
+        if self.render_mode != "rgb_array_list":
+            self._seen.clear()  # as nothing asks for the steps before
         self._seen.append(films[0])
         over = bool(terminated[0]), bool(truncated[0])
         return observations[0], plain(rewards[0]), *over, _first({**infos, **finals})
 
     def render(self) -> Any:
-        """Return the picture, uint8 of shape (height, width, 3), or the list of them.
+        """Return the picture, uint8 of shape (height, width, 3), or a list of pictures.
 
         None without a render mode.
         """
@@ -76,12 +78,12 @@ def _first(columns: Columns) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Return a numpy number as Python's; arrays as they are."""
+    """Return a numpy number as a Python number; arrays unchanged."""
     return value.item() if isinstance(value, np.generic) else value
 
 
 class SoftVoxEnv(SingleEnv):
-    """Design a soft robot of voxels; it is simulated, and rewarded for how far it travels.
+    """Design a voxel-based soft robot; the reward is how far it travels in simulation.
 
     An episode is one step: the action is the design, the reward its fitness. The 6561 designs of
     the 2x2x2 lattice are those of Kriegman et al., "Scalable sim-to-real transfer of soft robot
@@ -89,7 +91,7 @@ class SoftVoxEnv(SingleEnv):
 
     Action space
     ------------
-    ``MultiDiscrete([3] * sites)``: the digit of each site of the lattice; ``[2 + P] * sites`` where
+    ``MultiDiscrete([3] * sites)``: the digit of each site of the lattice; ``[2 + P] * sites`` if
     active voxels have one of P phases.
 
     ===== ======= ================================================
@@ -101,24 +103,25 @@ class SoftVoxEnv(SingleEnv):
     2 + p active  the same p / P cycles ahead, on a lattice of P phases
     ===== ======= ================================================
 
-    Site i = x + nx (y + ny z), so that the action's digits read d_0 d_1 d_2 ... like a design's.
+    Site i = x + nx (y + ny z), so the action's digits read d_0 d_1 d_2 ... like a design's.
 
     Observation space
     -----------------
-    ``Box(-inf, inf, (cycles + 1, 3), float64)``: the movement track of the step just taken: the
-    centre of mass (x, y, z) in voxel widths from where it was when actuation began, sampled once
-    per actuation cycle, the start included; (16, 3) for the paper's 15 cycles. Zeros after reset
-    and where the design diverged or is empty.
+    ``Box(-inf, inf, (cycles + 1, 3), float64)``: the track of the step just taken. It is the centre
+    of mass (x, y, z) in voxel widths from where it was when actuation began, sampled once per
+    actuation cycle, the start included; (16, 3) for the paper's 15 cycles. Zeros after reset and if
+    the design diverged or is empty.
 
     Reward
     ------
     Fitness: the horizontal travel of the centre of mass in voxel widths, sqrt(dx^2 + dy^2); in the
-    directed task its part along the heading. A design that diverges gets 0. Where ``objectives``
-    are asked for, an ndarray of shape (m,) with one number for each, within ``reward_space``.
+    directed task its component along the heading. A design that diverges gets 0. With
+    ``objectives`` the reward is an ndarray of shape (m,) with one number for each, within
+    ``reward_space``.
 
     End of an episode
     -----------------
-    Every step terminates; none truncates.
+    Every step terminates; no step truncates.
 
     Info
     ----
@@ -143,39 +146,40 @@ class SoftVoxEnv(SingleEnv):
         The lattice (nx, ny, nz).
     physics : str, dict or Physics
         A preset's name ("published" or "exact"), a dict of fields (changes to "exact", or to the
-        preset that its key "preset" names), or a Physics. As name or dict it survives
+        preset that its key "preset" names), or a Physics. A name or dict survives
         ``spec.to_json()``.
     reality : str or Reality, optional
-        In place of a physics: a name of `softvox_gym.realities()`, or a Reality. As a name it
-        survives ``spec.to_json()``.
+        Instead of a physics: a name of `softvox_gym.realities()`, or a Reality. A name survives
+        ``spec.to_json()``.
     task : {"displacement", "directed"} or softvox_gym.Task
-        What is rewarded: the displacement in whatever direction, or along the heading.
+        Whether displacement counts in any direction, or along the heading.
     heading : float, optional
-        Of the directed task, degrees from x towards y.
+        Heading of the directed task, degrees from x towards y.
     objectives : sequence of str, optional
         Some of "displacement", "voxels", "actuators", "energy", "straightness", "stability" and
-        "heading", for a vector reward as MO-Gymnasium has it: see docs/environments/objectives.md.
+        "heading", for a vector reward in the style of MO-Gymnasium: see
+        docs/environments/objectives.md.
     render_mode : {"rgb_array", "rgb_array_list"}, optional
-        A picture of the robot as the last step left it, beside where it started, with its path and
-        a ruler; an empty floor after reset. Or the pictures since the last call of `render`, which
-        of a step show the whole walk, 25 per second at half its speed;
-        `softvox_gym.wrappers.RecordWalk` makes films of them.
+        A picture of the robot after the last step, with its start, its path and a ruler; an empty
+        floor after reset. Or all pictures since the last call of `render`, which for a step show
+        the whole walk, 25 per second at half speed; `softvox_gym.wrappers.RecordWalk` makes films
+        of them.
     phases : int, optional
-        How many phases an active voxel can have, 1 to 8; 1 where the shape says nothing.
+        How many phases an active voxel can have, 1 to 8; by default the shape's, or 1.
     from_table : bool
-        Whether to answer from the table of the 2x2x2 lattice under "published" that ships with the
-        package: the same bits, only faster; pictures are simulated. Wrappers that disturb the
-        physics can't make it noisy. Of several phases it takes a landscape that ships or was
-        computed here before (`softvox_gym.landscape`), which has no tracks: observations are then
+        Whether to look results up in the table of the 2x2x2 lattice under "published" that ships
+        with the package: the same bits, only faster; pictures are simulated. Wrappers that disturb
+        the physics can't make it noisy. With several phases this needs a landscape that ships or
+        was computed here before (`softvox_gym.landscape`); it has no tracks, so observations are
         the start and the end, (2, 3).
 
     Raises
     ------
     TypeError, ValueError
-        For a shape that is no lattice, a physics that is none of these or holds arrays, an unknown
-        reality, task, objective or render mode, phases that are not from 1 to 8, a physics beside a
-        reality, or a table of anything else, or that is not on this machine; by `step` for an
-        action that is not in the space.
+        If the shape is no lattice, the physics is none of these or holds arrays, the reality, task,
+        objective or render mode is unknown, the phases are not from 1 to 8, a physics is given
+        beside a reality, or a table is asked for anything else or is not on this machine; by `step`
+        if the action is not in the space.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Native vector environments: of any episodes, and a batch of designs in one crossing into C."""
+"""Native vector environments: for any episodes, and for a batch of designs in one call into C."""
 
 from __future__ import annotations
 
@@ -14,26 +14,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym.envs.episodes import Episodes, Film, Rows, Started, moving, pictured
 from softvox_gym.envs.evaluator import Evaluator
-from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.simulation import check_count
-from softvox_gym.tasks import Task
 
 Batch = tuple[
     NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
 ]
 
 
-#: What is told of some environments: their numbers, and by key an array with a row for each.
+#: Infos of some environments: their numbers, and for each key an array with a row for each.
 Part = tuple[NDArray[np.intp], dict[str, Any]]
 
 
 def batched(parts: Sequence[Part], n: int) -> dict[str, Any]:
-    """Return infos of some of n environments with a row for each of n, and masks of the some.
+    """Return infos of some of n environments as arrays of n rows, with masks of which have one.
 
-    The keys stand in the order in which the environments, one after another, bring them in.
+    Keys are in the order in which the environments, one after another, introduce them.
     """
     infos: dict[str, Any] = {}
-    for which, columns in sorted((part for part in parts if len(part[0])), key=_first_number):
+    told = [part for part in parts if len(part[0])]
+    for which, columns in sorted(told, key=lambda part: int(part[0][0])):
         for key, column in columns.items():
             if isinstance(column, dict):
                 infos[key] = batched([(which, column)], n)
@@ -45,14 +44,10 @@ def batched(parts: Sequence[Part], n: int) -> dict[str, Any]:
     return infos
 
 
-def _first_number(part: Part) -> int:
-    return int(part[0][0])
-
-
 class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
-    """A vector environment that plays its episodes side by side.
+    """A vector environment that runs its episodes side by side.
 
-    It returns what a ``SyncVectorEnv`` of single ones does; see `SoftVoxVectorEnv`.
+    It returns what a ``SyncVectorEnv`` of single environments does; see `SoftVoxVectorEnv`.
     """
 
     def __init__(
@@ -103,16 +98,16 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Parameters
         ----------
         seed : int or sequence of int, optional
-            Environment i gets seed + i, or its own of the sequence; None leaves its generator.
+            Environment i gets seed + i, or item i of the sequence; None keeps its generator.
         options : dict, optional
-            "reset_mask": a bool array of shape (num_envs,), which of them to reset.
+            "reset_mask": a bool array of shape (num_envs,), which environments to reset.
 
         Raises
         ------
         TypeError, ValueError
-            For a mask or a sequence of seeds that does not fit.
+            If the mask or the sequence of seeds does not fit.
         ResetNeeded
-            Where a mask leaves out an environment that was never reset.
+            If the mask leaves out an environment that was never reset.
         """
         n = self.num_envs
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -134,16 +129,16 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return self._observations.copy(), batched(told, n)
 
     def step(self, actions: ArrayLike) -> Batch:
-        """Go on; see the single environment and the autoreset modes for what is returned.
+        """Make a step; the single environment and the autoreset modes define what is returned.
 
         Raises
         ------
         ValueError
-            For actions that are not in the action space.
+            If the actions are not in the action space.
         ResetNeeded
             Before the first reset.
         AssertionError
-            Where autoreset is disabled and an episode that is over was not reset.
+            If autoreset is disabled and an episode that is over was not reset.
         """
         n, over = self.num_envs, self._is_over
         if not self._has_reset.all():
@@ -176,7 +171,7 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return self._observations.copy(), rewards, *ends, batched(told, n)
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every environment's picture, or list of them; None without a render mode."""
+        """Return a picture, or a list of them, per environment; None without a render mode."""
         if not self._has_reset.all():
             raise ResetNeeded("cannot call render() before reset()")
         if self.render_mode is None:
@@ -190,7 +185,7 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     def _start_anew(
         self, which: NDArray[np.bool_], start: Callable[[Rows], Started] | None = None
     ) -> list[Part]:
-        """Start episodes, perhaps in another way than their own; return what is told of them."""
+        """Start episodes, by their own `start` or the given one; return their infos."""
         rows = np.flatnonzero(which)
         if len(rows) == 0:
             return []
@@ -206,7 +201,7 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return [(rows, dict(infos))]
 
     def _told_finally(self, is_over: NDArray[np.bool_], told: list[Part]) -> list[Part]:
-        """Return what is told of all, with what is told of those that are over under final_info."""
+        """Return all infos, with those of finished episodes under final_info."""
         [(_, columns), (_, finals)] = told
         going, over = np.flatnonzero(~is_over), np.flatnonzero(is_over)
         last = np.empty(len(over), dtype=object)
@@ -232,7 +227,7 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return [self._generator(int(i)) for i in which]
 
     def _generator(self, i: int) -> np.random.Generator:
-        """Return the random generator of an environment, seeding it where nobody did."""
+        """Return the random generator of an environment; seed it if nobody has."""
         if (generator := self._generators[i]) is None:
             generator, _ = seeding.np_random()
             self._generators[i] = generator
@@ -242,27 +237,27 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 class SoftVoxVectorEnv(NativeVectorEnv):
     """`SoftVoxEnv` for a batch of designs.
 
-    ``reset`` and ``step`` return what those of a ``SyncVectorEnv`` of single environments do:
-    observations, rewards, infos with their masks, in every autoreset mode; the seeds are the same.
-    It only takes less time.
+    ``reset`` and ``step`` return what a ``SyncVectorEnv`` of single environments does, in less
+    time: observations, rewards, and infos with their masks, in every autoreset mode, for the same
+    seeds.
 
     Parameters
     ----------
     num_envs : int
         Designs per step.
     shape, physics, reality, task, heading, objectives, render_mode, from_table, phases
-        As `SoftVoxEnv` takes them; one for the whole batch.
+        As in `SoftVoxEnv`; one for the whole batch.
     autoreset_mode : str or AutoresetMode
-        "NextStep": the step after an episode's end resets it, ignoring the action, for reward 0;
-        "SameStep": the step itself resets, and info carries final_obs and final_info;
-        "Disabled": the caller resets, with ``options={"reset_mask": ...}`` for some of them.
+        "NextStep": the step after an episode's end resets it, ignoring the action, with reward 0;
+        "SameStep": the step itself resets, and info has final_obs and final_info; "Disabled": the
+        caller resets, with ``options={"reset_mask": ...}`` for some environments.
     threads : int, optional
-        At most this many; all processors of the process where None.
+        At most this many; by default all processors available to the process.
 
     Raises
     ------
     TypeError, ValueError
-        As `SoftVoxEnv` does, or for a num_envs that is not positive or an unknown mode.
+        As `SoftVoxEnv` does, or if num_envs is not positive or the mode is unknown.
 
     Examples
     --------
@@ -279,28 +274,8 @@ class SoftVoxVectorEnv(NativeVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        shape: Sequence[int] = (2, 2, 2),
-        physics: PhysicsLike = "published",
-        reality: str | Reality | None = None,
-        task: str | Task = "displacement",
-        heading: float | None = None,
-        objectives: Sequence[str] | None = None,
-        render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
-        from_table: bool = False,
-        phases: int | None = None,
+        **options: Any,
     ) -> None:
-        self.evaluator = Evaluator(
-            shape,
-            physics,
-            render_mode,
-            reality=reality,
-            task=task,
-            heading=heading,
-            objectives=objectives,
-            threads=threads,
-            from_table=from_table,
-            phases=phases,
-        )
+        self.evaluator = Evaluator(**options)
         super().__init__(self.evaluator, num_envs, autoreset_mode)

@@ -1,6 +1,6 @@
-"""The gap between the simulator and a reality: what becomes of the ranking and of the headings.
+"""The reality gap: how rankings and headings change from the simulator to a reality.
 
-All is computed from the exact landscapes of both. A design that diverged is worth 0.
+All numbers come from the exact landscapes of both. A design that diverged has the value 0.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from softvox_gym.tasks import HEADINGS, Task
 
 Array = NDArray[np.float64]
 
-#: As many designs are taken from the simulator's ranking, best first, and the best in reality kept.
+#: Numbers of designs that are taken from the top of the simulator's ranking and tried in reality.
 TRIED = (1, 10, TOP)
 
 MEANING = """\
-tau: Kendall's rank correlation of the fitness here with that in the simulator, over all designs.
-SRCC: Pearson's correlation of the two over the simulator's best 100 (Kadian et al. 2020). kept: how
-many of these are among the best 100 here. best: the best design here, and its fitness in voxel
-widths. regret: of the best in the simulator, of the best here of its best 10, and of its best 100;
-in class terms a robot turned or mirrored counts as the same. directed: the same where the task is
-to travel along a heading, mean over four. Regrets are shares of what the best here is worth.
-turned: of the designs that travel more than 0.25 in both worlds, the share whose heading is off by
-more than 90 degrees; of all, and of the simulator's best 100. diverged: designs that diverge here,
-and so are worth 0.
+"Here" is the reality. tau: Kendall's rank correlation of the fitness here and in the simulator,
+over all designs. SRCC: Pearson's correlation of the two over the simulator's best 100 (Kadian et
+al. 2020). kept: how many of these 100 are among the best 100 here. best: the best design here, and
+its fitness in voxel widths. regret: what is lost here with the simulator's best design, and with
+the best here of its best 10 and of its best 100, as a share of what the best design here is worth.
+class: the first of these, if robots that are equal when turned or mirrored count as the same.
+directed: the regret if the task is to travel along a heading, mean over four headings. turned:
+among designs that travel more than 0.25 voxel widths in both worlds, the share whose heading is off
+by more than 90 degrees; of all designs, and of the simulator's best 100. diverged: the number of
+designs that diverge here; they are worth 0.
 """
 
 COLUMNS = (
@@ -96,21 +97,21 @@ def row(reality: Reality) -> dict[str, Any]:
 
 
 def value(table: Table, task: Task | None = None) -> Array:
-    """Return what every design is worth in a task, voxel widths; 0 where it diverged."""
+    """Return the value of every design in a task, voxel widths; 0 if it diverged."""
     return (task or Task()).reward(displacements(table))
 
 
 def regrets(nominal: Array, real: Array) -> list[float]:
-    """Return what is lost by taking the best in reality of the nominal best, for each of `TRIED`.
+    """Return the regret of taking the best in reality of the nominal best, for each of `TRIED`.
 
-    It is a share of what the best of all is worth; 0 where nothing is worth anything.
+    It is a share of the best value in reality; 0 if that is 0.
     """
     best, found = real.max(), real[ranked(nominal)]
     return [float(1 - found[:tries].max() / best) if best > 0 else 0.0 for tries in TRIED]
 
 
 def srcc(nominal: Array, real: Array) -> float:
-    """Return Pearson's correlation over the nominal best 100; NaN where one does not vary.
+    """Return Pearson's correlation over the nominal best 100; NaN if one side does not vary.
 
     Source: A. Kadian et al., "Sim2Real predictivity: does evaluation in simulation predict
     real-world performance?", IEEE RA-L 5(4), 2020.
@@ -120,7 +121,7 @@ def srcc(nominal: Array, real: Array) -> float:
 
 
 def pearson(first: Array, second: Array) -> Array:
-    """Return Pearson's correlation over the last axis; NaN where one does not vary."""
+    """Return Pearson's correlation over the last axis; NaN if one side does not vary."""
     a = first - first.mean(axis=-1, keepdims=True)
     b = second - second.mean(axis=-1, keepdims=True)
     varies = (np.ptp(first, axis=-1) > 0) & (np.ptp(second, axis=-1) > 0)
@@ -135,14 +136,14 @@ def turned(nominal: Table, real: Table) -> NDArray[np.bool_]:
 
 
 def share(these: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
-    """Return how many of some are these; 0 where there are none."""
+    """Return the share of `among` that is also in `these`; 0 if there are none."""
     return float(these[among].mean()) if among.any() else 0.0
 
 
 def class_best(values: Array) -> Array:
-    """Return for every design the best value of those that look the same when turned or mirrored.
+    """Return for every design the best value in its class under turns and mirrors.
 
-    A robot that may be turned before it is let go travels along any heading as that of them does.
+    A robot that you may turn before its run can follow a heading as well as the best of its class.
     """
     classes = symmetry_classes()
     best = np.full(N_DESIGNS, -np.inf)

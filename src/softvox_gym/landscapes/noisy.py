@@ -1,4 +1,4 @@
-"""The landscape under noise: what every design is worth when the world differs each time.
+"""The landscape under noise: the fitness of every design in a world that varies.
 
 A table that ships with the package, and the function that draws it; `tools/noise.py` made it.
 """
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, Table, landscape
 from softvox_gym.physics import Physics
 
-#: In the package's folder `data/computed`.
+#: File in the package's folder `data/computed`.
 STATISTICS = "noise.npz"
 
 #: Levels of `softvox_gym.noise.Jakobi` that the table has.
@@ -24,13 +24,13 @@ ROW = np.dtype([("design", "i8"), *((name, "f8") for name in _NUMBERS), ("draws"
 
 
 def noisy_landscape(level: float = 1.0) -> Table:
-    """Return what every design is worth under `softvox_gym.noise.Jakobi` of a level.
+    """Return the statistics of every design under `softvox_gym.noise.Jakobi` at a level.
 
-    Estimated from 64 draws per design. The 200 fittest without noise were drawn anew, 256 times,
-    and have the statistics of these fresh draws alone; so were those with the 100 best means, and
-    those that came to be among them then, until all were; and likewise the best 20, 4096 times. The
-    best mean is still the best of 20, and a little lucky: by less than its standard error or two.
-    Level 0 is the exact landscape.
+    Estimated from 64 draws per design. The 200 fittest without noise were then drawn anew, 256
+    times, and have the statistics of these fresh draws alone. The same was done with the designs
+    that had the 100 best means, until no further design entered that group, and likewise with the
+    best 20, 4096 times. The best mean is still the best of 20, and a little lucky: by less than its
+    standard error or two. Level 0 is the exact landscape.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def noisy_landscape(level: float = 1.0) -> Table:
     Table, a structured ndarray of shape (6561,)
         Row i is design i: its number; mean, standard deviation (n - 1), 10 % quantile and minimum
         of its fitness in voxel widths, where a draw that diverged counts as 0; p_diverged, the
-        share of those; dx, dy, the mean displacement of the others in voxel widths; draws, how
-        many. Of more draws the minimum is lower: compare it between equal numbers only. A fresh
-        copy.
+        share of such draws; dx, dy, the mean displacement of the others in voxel widths; draws,
+        their number. More draws give a lower minimum: compare minima only between equal numbers of
+        draws. A fresh copy.
 
     Raises
     ------
     ValueError
-        For a level that the table does not have.
+        If the table lacks the level.
     """
     if level not in LEVELS:
         known = ", ".join(f"{one:g}" for one in LEVELS)

@@ -1,4 +1,4 @@
-"""What noise does to the landscape: who survives it, and how the ranking moves."""
+"""The effect of noise on the landscape: which designs survive it, and how ranks change."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from softvox_gym.landscapes.noisy import LEVELS, noisy_landscape
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import landscape
 
-#: How many count as the best of a ranking.
+#: The number of designs that count as the best of a ranking.
 TOP = 100
 
-#: Designs of the published top hundred that fall over, to a side that the last bit decides.
+#: Designs of the published top hundred that fall over; the last bit decides to which side.
 SENSITIVE = (6453, 4295, 6481, 6507)
 
 #: Of the numbers in `levels`.
 MEANING = """\
-tau is Kendall's rank correlation of the mean with the exact fitness, over all designs and over the
-100 fittest without noise; overlap, how many of those are among the 100 with the best mean, and with
-the best 10 % quantile (q10), which no single lucky draw can move; retained, the mean over those of
-mean / exact fitness; diverged, the largest share of draws that diverged, of any design. Mean and
-standard error (+-) are in voxel widths.
+mean: the mean fitness of the best design under noise, with its standard error (+-), in voxel
+widths. tau: Kendall's rank correlation of mean and exact fitness, over all designs and over the 100
+fittest without noise. overlap: how many of these 100 are among the 100 with the best mean, and with
+the best 10 % quantile (q10), which no single lucky draw can move. retained: mean / exact fitness,
+averaged over these 100. diverged: the share of draws that diverged, for the design with most.
 """
 
 
 def ranked(values: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the designs, best first; equal ones by number."""
+    """Return the designs, best first; ties by number."""
     return np.argsort(-values, kind="stable")
 
 
@@ -43,22 +43,22 @@ def kendall_tau(first: NDArray[np.float64], second: NDArray[np.float64]) -> floa
     tied_twice = _pairs(ranks[0] * len(first) + ranks[1])
     disagreeing = _inversions(ranks[1][np.lexsort(ranks[::-1])])
     agreeing = pairs - sum(tied) + tied_twice - 2 * disagreeing
-    if pairs in tied:  # one of them does not vary
+    if pairs in tied:  # one of the rows does not vary
         return float("nan")
     return float(agreeing / np.sqrt(pairs - tied[0]) / np.sqrt(pairs - tied[1]))
 
 
 def _pairs(values: NDArray[np.int64]) -> int:
-    """Return how many pairs of values are equal."""
+    """Return the number of pairs of equal values."""
     counts = np.unique(values, return_counts=True)[1]
     return int((counts * (counts - 1) // 2).sum())
 
 
 def _inversions(row: NDArray[np.int64]) -> int:
-    """Return how many pairs of whole numbers of at least 0 stand in falling order.
+    """Return the number of pairs in falling order in a row of whole numbers of at least 0.
 
-    Two numbers differ first in some bit, which the larger of them has: bit by bit, the pairs are
-    counted of numbers alike in all higher bits, of which the earlier has it and the later has not.
+    The first bit in which two numbers differ is set in the larger. For each bit, this counts the
+    pairs that agree in all higher bits and have it set in the earlier number and not in the later.
     """
     total = 0
     for bit in range(int(row.max(initial=0)).bit_length()):
@@ -73,7 +73,7 @@ def _inversions(row: NDArray[np.int64]) -> int:
 
 
 def levels() -> Section:
-    """Return how the ranking by mean fitness at each level of noise differs from that without."""
+    """Return how the ranking by mean fitness at each noise level differs from that without."""
     exact = landscape()["fitness"]
     top = ranked(exact)[:TOP]
     rows = []
@@ -117,7 +117,7 @@ def levels() -> Section:
 
 
 def published(level: float) -> Section:
-    """Return what becomes of the published top hundred at a level of `noisy_landscape`."""
+    """Return the fate of the published top hundred at a level of `noisy_landscape`."""
     noisy, exact = noisy_landscape(level), landscape()["fitness"]
     rank = np.empty(len(exact), dtype=np.int64)
     rank[ranked(noisy["mean"])] = 1 + np.arange(len(exact))

@@ -16,11 +16,11 @@ class Column(NamedTuple):
     Parameters
     ----------
     key : str
-        Its name for programs, in CSV and JSON.
+        Its name in CSV and JSON.
     title : str
         Its heading for people; "" for a column that is for programs only.
     spec : str
-        How a value is shown to people, a format specification. None is shown as "-".
+        Format specification of the displayed value. None is shown as "-".
     """
 
     key: str
@@ -30,27 +30,26 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Section:
-    """A table, and what it means.
+    """A table with its explanation.
 
     Parameters
     ----------
     title, note : str
         The heading, and a definition of the numbers, for a document.
     columns : sequence of Column
-        The first names what the rows are.
+        The first identifies the rows.
     rows : sequence of tuple
         Plain values, one per column.
     facts : mapping of str to value
         Single numbers that belong to the table.
     sentence : str
-        What tells people of the facts: a format string, put after the table.
+        A format string that states the facts, put after the table.
     file : str
-        Name of the CSV file that has all rows; "" where JSON has them.
+        Name of the CSV file with all rows; "" if JSON has them.
     screen, document : int or None
-        At most so many rows are shown as text, and in Markdown; all where None, and with 0 the
-        section is left out.
+        The most rows shown as text, and in Markdown; None for all. With 0 the section is left out.
     is_transposed : bool
-        Whether people see the columns as rows.
+        Whether the displayed table has the columns as rows.
     """
 
     title: str = ""
@@ -70,7 +69,7 @@ class Section:
         return [dict(zip(keys, row, strict=True)) for row in self.rows]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what the table means, its facts, and its rows where no file has them."""
+        """Return the explanation of the table, its facts, and its rows if no file has them."""
         rows = {} if self.file else {"rows": self.records()}
         return {"meaning": self.note, **self.facts, **rows}
 
@@ -95,7 +94,7 @@ class Section:
         return "\n".join([f"## {self.title}\n", f"{self.note}\n", *table, "", *facts])
 
     def cells(self, limit: int | None = None) -> list[list[str]]:
-        """Return what people see: the header and rows of text."""
+        """Return the displayed header and rows as text."""
         seen = [(i, column) for i, column in enumerate(self.columns) if column.title]
         header = [column.title for _, column in seen]
         rows = [[shown(row[i], column.spec) for i, column in seen] for row in self.rows[:limit]]
@@ -112,14 +111,14 @@ class _Facts(Formatter):
 
 
 def shown(value: Any, spec: str) -> str:
-    """Return a value as people see it, such as 0.5 with ".1%" as 50.0 %, and -0.01 as 0."""
+    """Return a value as displayed, such as 0.5 with ".1%" as 50.0 %, and -0.01 as 0."""
     text = "-" if value is None else format(value, spec).replace("%", " %")
     is_zero = isinstance(value, float) and text.startswith("-") and not text.strip("-0. %")
     return text.removeprefix("-") if is_zero else text
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number of things in words, as 1 trial or 2 trials."""
+    """Return a count with its noun, such as 1 trial or 2 trials."""
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 

@@ -1,4 +1,4 @@
-"""Every design of the 2x2x2 lattice and what becomes of it, under any physics, as a table."""
+"""The landscape: every design of the 2x2x2 lattice with its results, under any physics."""
 
 from __future__ import annotations
 
@@ -28,31 +28,31 @@ from softvox_gym.progress import Progress as ProgressBar
 from softvox_gym.realities import PhysicsLike, Reality, realities
 from softvox_gym.tasks import Task
 
-#: The lattice all of whose designs can be simulated.
+#: The lattice whose designs can all be simulated.
 LATTICE = Lattice(2, 2, 2)
 N_DESIGNS = LATTICE.n_designs
 
-#: Our own results that ship with the package.
+#: This project's own results, which ship with the package.
 COMPUTED = files("softvox_gym") / "data" / "computed"
 
-#: In that folder: the movement tracks under `Physics.published`.
+#: File in that folder: the movement tracks under `Physics.published`.
 TRACKS = "landscape.npz"
 
-#: In that folder: displacements in the named realities and in their simulators, by the names of
-#: `shipped`, and steps under the name and this.
+#: File in that folder: displacements in the named realities and in their simulators, by the names
+#: of `shipped`, and steps under the name with this suffix.
 REALITIES, STEPS = "realities.npz", "_steps"
 
-#: In that folder: under `Physics.published`, displacement and steps of every design of two phases,
-#: and of four the fittest designs; and the digests of both landscapes.
+#: File in that folder: displacement and steps of every design of two phases, and of the fittest
+#: designs of four, under `Physics.published`; and the digests of both landscapes.
 PHASED, PHASED_DIGESTS = "phased.npz", "phased.json"
 
-#: Of a landscape; with more there are millions of designs.
+#: Most phases of a landscape; with more there would be many millions of designs.
 MOST_PHASES = 4
 
-#: Designs of several phases that are simulated, and kept, at a time.
+#: Designs of several phases that are simulated and stored as one block.
 BLOCK = 2**15
 
-#: Of the files in the user's cache folder; count up with every change of `ROW` or of the format.
+#: Format of the files in the user's cache folder; increase it when `ROW` or the format changes.
 FORMAT = 3
 
 AXES = ("dx", "dy", "dz")
@@ -65,20 +65,20 @@ ROW = np.dtype(
     ]
 )
 
-#: Rows at the beginning and at the end that a table shows of itself.
+#: Rows that a displayed table shows at its beginning and at its end.
 SHOWN = 5
 
 
 class Table(np.ndarray[Any, np.dtype[np.void]]):
-    """A structured array with a row per design, which shows itself as a table.
+    """A structured array with a row per design, displayed as a table.
 
     Its columns and rows are plain arrays.
 
     Attributes
     ----------
     physics : Physics or None
-        Under which the designs were simulated; None where a physics does not say it all, as in a
-        reality that is not plain, or where it is not known.
+        The physics of the simulation; None if a physics is not the whole description, as in a
+        reality that is not plain, or if it is not known.
     """
 
     physics: Physics | None
@@ -116,7 +116,7 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         return f"<table>{''.join(lines)}</table><p>{len(self)} rows</p>"
 
     def section(self) -> Section:
-        """Return the table as one that can be written as CSV."""
+        """Return the table as a `Section`, which can be written as CSV."""
         titles = {
             name: name.removeprefix("n_").removeprefix("is_") for name in self.dtype.names or ()
         }
@@ -135,38 +135,38 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
 
 
 def landscape(physics: PhysicsLike | Reality = "published", *, phases: int = 1) -> Table:
-    """Return every design of the 2x2x2 lattice and what became of it, exactly.
+    """Return every design of the 2x2x2 lattice with its exact results.
 
     The landscapes under `Physics.published` and in the named realities ship with the package. Any
-    other is simulated when it is first asked for, which takes some seconds, and kept in the user's
-    cache folder ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and
-    $XDG_CACHE_HOME/softvox-gym or ~/.cache/softvox-gym elsewhere), where that can be written.
+    other is simulated on first use, which takes some seconds, and kept in the user's cache folder
+    ($SOFTVOX_CACHE; otherwise ~/Library/Caches/softvox-gym on macOS and $XDG_CACHE_HOME/softvox-gym
+    or ~/.cache/softvox-gym elsewhere), if that is writable.
 
     Parameters
     ----------
     physics : str, dict, Physics or Reality
-        As `Physics.of` takes it: a preset's name, changes to one, or a Physics of single numbers;
-        or a reality, whatever it says besides.
+        As in `Physics.of`: a preset's name, changes to one, or a Physics of single numbers; or a
+        reality.
     phases : int
-        Of active voxels, at most 4: digit 2 + p is active, p / phases cycles ahead, and there are
-        (2 + phases)^8 designs. The published landscape of two phases, 65,536 designs, ships too;
-        that of four, 1,679,616, takes half an hour of one core, once, and then 400 MB of memory.
+        Phases of active voxels, at most 4: digit 2 + p is active, p / phases cycles ahead, and
+        there are (2 + phases)^8 designs. The published landscape of two phases, 65,536 designs,
+        ships too; that of four, 1,679,616, takes one core half an hour, once, and then 400 MB of
+        memory.
 
     Returns
     -------
     Table, a structured ndarray of shape (6561,), or of as many designs as the phases make
         Row i is design i: its number, digits, n_voxels, n_active, is_connected; dx, dy, dz, the
-        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged,
-        where these are NaN; steps, the time steps taken; step_error, by how much the fitness
-        changes at half the step (`softvox_gym.step_error`), known of the published landscape, and
-        NaN where it is not. A fresh copy; `pandas.DataFrame(softvox_gym.landscape())` makes a data
-        frame of it.
+        displacement of its centre of mass in voxel widths; fitness, sqrt(dx^2 + dy^2); diverged, if
+        so these are NaN; steps, the time steps taken; step_error, the change of the fitness at half
+        the step (`softvox_gym.step_error`), known for the published landscape and otherwise NaN. A
+        fresh copy; `pandas.DataFrame(softvox_gym.landscape())` makes a data frame of it.
 
     Raises
     ------
     TypeError, ValueError
-        As `Physics.of` does, for parameters that are arrays, phases that are not from 1 to 4, or a
-        `MeasuredReality`, of which few designs are known.
+        As `Physics.of` does, or if parameters are arrays, the phases are not from 1 to 4, or the
+        physics is a `MeasuredReality`, which knows only a few designs.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def _landscape(reality: Reality) -> Table:
 
 
 def phased_lattice(phases: int) -> Lattice:
-    """Return the lattice of landscapes of so many phases; raises as `landscape` does."""
+    """Return the lattice of landscapes with these phases; raises as `landscape` does."""
     lattice = Lattice.of(LATTICE, phases=phases)
     if lattice.phases > MOST_PHASES:
         raise ValueError(f"phases must be at most {MOST_PHASES} for a landscape, got {phases}")
@@ -215,7 +215,7 @@ def phased_lattice(phases: int) -> Lattice:
 
 
 class Known(NamedTuple):
-    """What became of every design of several phases, in order."""
+    """The results of every design of several phases, in order."""
 
     displacement: NDArray[np.float64]  # (n, 3), voxel widths; NaN where it diverged
     steps: NDArray[np.int32]  # (n,)
@@ -228,15 +228,15 @@ def phased(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Table:
-    """Return the landscape of a lattice of several phases, simulated where it is not known."""
+    """Return the landscape of a lattice of several phases; simulate it if it is not known."""
     found = known(reality, lattice)
     if found is None:
-        found = _simulated(reality, lattice, threads=threads, progress=progress)
+        found = simulated(reality, lattice, threads=threads, progress=progress)
     return _table(reality.plain_physics, *found, lattice)
 
 
 def known(reality: Reality, lattice: Lattice) -> Known | None:
-    """Return what ships, or is in the user's cache folder, of a landscape of several phases."""
+    """Return a landscape of several phases if it ships or is in the user's cache folder."""
     if lattice == phased_lattice(2) and reality.plain_physics == Physics.published():
         return _two_phases()
     path = cache_path(reality, lattice)
@@ -244,7 +244,7 @@ def known(reality: Reality, lattice: Lattice) -> Known | None:
 
 
 def has_table(lattice: Lattice) -> bool:
-    """Return whether the published landscape of a lattice ships, or was computed here before."""
+    """Return whether the published landscape of a lattice ships or was computed here before."""
     if lattice == LATTICE:
         return True
     return lattice[:] == LATTICE and known(Reality.of(Physics.published()), lattice) is not None
@@ -262,10 +262,14 @@ def _kept(path: Path) -> Known | None:
     return None if values is None else Known(values[:, :3], values[:, 3].astype(np.int32))
 
 
-def _simulated(
-    reality: Reality, lattice: Lattice, *, threads: int | None, progress: Progress | None
+def simulated(
+    reality: Reality,
+    lattice: Lattice,
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Known:
-    """Simulate all designs, block by block: what a stopped run has kept is not done again."""
+    """Simulate all designs, block by block, reusing the blocks that a stopped run has stored."""
     n, path = lattice.n_designs, cache_path(reality, lattice)
     parts, blocks = [], []
     for begin in range(0, n, BLOCK):
@@ -296,7 +300,7 @@ def _simulated(
 
 
 def _from(begin: int, total: int, progress: Progress) -> Progress:
-    """Return what tells of a block's progress as that of the whole."""
+    """Return a callback that reports a block's progress as progress of the whole."""
     return lambda done, _: progress(begin + done, total)
 
 
@@ -343,7 +347,7 @@ def _table(
 
 @lru_cache(maxsize=1)
 def _designs() -> NDArray[np.void]:
-    """Return the rows of all designs of one phase, without what becomes of them."""
+    """Return the rows of all designs of one phase, without results."""
     return _rows(LATTICE)
 
 
@@ -366,12 +370,12 @@ def all_digits(lattice: Lattice) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=1)
 def bodies() -> BodyFacts:
-    """Return what the bodies of all designs of one phase are like, in order."""
+    """Return the facts about the bodies of all designs of one phase, in order."""
     return BodyFacts.of(all_digits(LATTICE), LATTICE)
 
 
 class Tracks(NamedTuple):
-    """What the engine made of every design under `Physics.published`, in order; read-only."""
+    """The engine's results for every design under `Physics.published`, in order; read-only."""
 
     track: NDArray[np.float64]  # (6561, 16, 3), as `Result.track` with one sample per cycle
     steps: NDArray[np.int32]  # (6561,)
@@ -388,7 +392,7 @@ def tracks() -> Tracks:
 
 
 def shipped() -> dict[str, Reality]:
-    """Return the named realities, and what they are held against where that is another simulator.
+    """Return the named realities, and their simulators if these are not the published one.
 
     By their names in the archive.
     """
@@ -403,12 +407,12 @@ def shipped() -> dict[str, Reality]:
 
 @lru_cache(maxsize=1)
 def _names() -> dict[str, str]:
-    """Return the names in the archive, by all that a reality's landscape depends on."""
+    """Return the names in the archive, keyed by all that a reality's landscape depends on."""
     return {_facts(one): name for name, one in shipped().items()}
 
 
 def _archived(name: str | None) -> tuple[NDArray[np.float64], NDArray[np.int32]] | None:
-    """Return displacement and steps of every design under a name of `shipped`, if that is there."""
+    """Return displacement and steps of every design under a name of `shipped`, if archived."""
     with (COMPUTED / REALITIES).open("rb") as file, np.load(file) as archive:
         return (archive[name], archive[f"{name}{STEPS}"]) if name in archive else None
 
@@ -421,9 +425,9 @@ def _facts(reality: Reality) -> str:
 def looked_up(
     stack: NDArray[np.uint8], task: Task = DISPLACEMENT, lattice: Lattice = LATTICE
 ) -> Evaluation:
-    """Return what `evaluate` would of designs, shape (n, 2, 2, 2), under `Physics.published`.
+    """Return what `evaluate` would for designs, shape (n, 2, 2, 2), under `Physics.published`.
 
-    Of several phases the track has its start and its end alone, and there must be a table.
+    With several phases the track has only its start and its end, and there must be a table.
     """
     design = lattice.numbers(lattice.to_rows(stack))
     if lattice == LATTICE:
@@ -446,7 +450,7 @@ def looked_up(
 
 @lru_cache(maxsize=2)
 def _needed(lattice: Lattice) -> Known:
-    """Return the published landscape of several phases; ValueError where it is not here."""
+    """Return the published landscape of several phases; ValueError if it is not here."""
     found = known(Reality.of(Physics.published()), lattice)
     if found is None:
         raise ValueError(no_table(lattice))
@@ -454,7 +458,7 @@ def _needed(lattice: Lattice) -> Known:
 
 
 def no_table(lattice: Lattice) -> str:
-    """Return what to say where a landscape of several phases is needed and not here."""
+    """Return the error message for a landscape of several phases that is needed but missing."""
     return (
         f"the landscape of the {lattice} lattice is not on this machine; "
         f"softvox landscape --phases {lattice.phases} makes it"
@@ -462,10 +466,10 @@ def no_table(lattice: Lattice) -> str:
 
 
 def cache_path(physics: Physics | Reality, lattice: Lattice = LATTICE) -> Path | None:
-    """Return where the landscape of a physics is kept; None where the user has no folder.
+    """Return the cache path for the landscape of a physics; None if the user has no folder.
 
-    The name stands for all that the table depends on: the values of the physics or the reality,
-    what the engine makes of some designs, and the format.
+    The name identifies everything that the table depends on: the values of the physics or the
+    reality, the engine's results for some designs, and the format.
     """
     facts = Reality.of(physics).to_dict()
     identity = {"format": FORMAT, "engine": engine_probe(), **facts}
@@ -475,7 +479,7 @@ def cache_path(physics: Physics | Reality, lattice: Lattice = LATTICE) -> Path |
     folder = os.environ.get("SOFTVOX_CACHE")
     try:
         return (Path(folder) if folder else _user_folder()) / f"landscape-{name}.npy"
-    except RuntimeError:  # nobody's home
+    except RuntimeError:  # no home folder
         return None
 
 
@@ -487,7 +491,7 @@ def _user_folder() -> Path:
 
 
 def _write(path: Path, values: NDArray[np.float64]) -> None:
-    """Keep what a table is made of, as `_read` returns it, with a digest; not where denied."""
+    """Store the data of a table, as `_read` returns it, with a digest, if the folder allows."""
     array = io.BytesIO()
     np.save(array, values)
     content = array.getvalue()
@@ -497,7 +501,7 @@ def _write(path: Path, values: NDArray[np.float64]) -> None:
 
 
 def _read(path: Path) -> NDArray[np.float64] | None:
-    """Return displacements and steps, shape (n, 4); None where none are kept, or damaged."""
+    """Return displacements and steps, shape (n, 4); None if there are none or they are damaged."""
     try:
         content = path.read_bytes()
     except OSError:

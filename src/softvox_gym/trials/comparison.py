@@ -69,14 +69,14 @@ _SHOWN = {
 }
 
 MEANING = f"""\
-Means over the trials of a design. distance: from start to end, simulated and real, voxel widths,
-and the standard deviation over trials. speed: voxel widths that a robot gets on in a cycle. heading
-off: the angle between the two displacements, degrees; none where one is less than {LITTLE:g}. end
-off: between the two ends. RMS: root of the mean squared distance at the same time. DTW: the mean
-distance of points that dynamic time warping matches. x: how many times what two trials of the
-design differ by; 1 is as good as another run of the same robot. SRCC: Pearson's correlation of
-simulated and real distance over designs (Kadian et al. 2020), in brackets its 95 % band by Fisher's
-transformation; tau: Kendall's of the same.
+Numbers are means over the trials of a design; lengths are in voxel widths. distance: from start to
+end, simulated and real, with the standard deviation over trials (+-). speed: displacement per
+cycle, simulated and real. heading off: angle between the two displacements, degrees; none if either
+is shorter than {LITTLE:g}. end off: distance between the two ends. RMS: root mean square distance
+at equal times. DTW: mean distance of the points that dynamic time warping matches. x: the error
+divided by the same between two trials of the design; 1 is as good as another run of the same robot.
+SRCC: Pearson's correlation of simulated and real distance over designs (Kadian et al. 2020), with
+its 95 % interval by Fisher's transformation. tau: Kendall's rank correlation of the same.
 """
 
 

@@ -1,8 +1,8 @@
-"""Gymnasium wrappers that make an environment noisy, that average the noise out, and that film.
+"""Gymnasium wrappers that add noise, average it out, number the actions, or make films.
 
-Those for vector environments are in `softvox_gym.wrappers.vector`, under the same names. The same
-seed gives the same noise in both: environment i of a vector that was reset with ``seed`` draws what
-a single one reset with ``seed + i`` draws.
+The wrappers for vector environments are in `softvox_gym.wrappers.vector`, under the same names. The
+same seed gives the same noise in both: environment i of a vector that was reset with ``seed`` draws
+what a single environment reset with ``seed + i`` draws.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
 
 
 class RecordWalk(RecordVideo):
-    """Gymnasium's `RecordVideo`, whose options it takes, for ``render_mode="rgb_array_list"``.
+    """Gymnasium's `RecordVideo`, with its options, for ``render_mode="rgb_array_list"``.
 
-    It films every picture that an environment renders after a step, not the last of them alone: of
-    a robot the whole walk. Needs moviepy.
+    It films every picture that an environment renders after a step, not only the last: the whole
+    walk of a robot. Needs moviepy.
 
     Raises
     ------
     ValueError
-        For another render mode.
+        If the render mode is another.
 
     Examples
     --------
@@ -72,18 +72,18 @@ class RecordWalk(RecordVideo):
 
 
 class DiscreteAction(TransformAction[Any, Any, Any], RecordConstructorArgs):
-    """Takes a design by its number: ``Discrete(6561)`` on the 2x2x2 lattice.
+    """Takes a design's number as action: ``Discrete(6561)`` on the 2x2x2 lattice.
 
     Parameters
     ----------
     env : gym.Env
-        Whose action is a row of digits, ``MultiDiscrete``; the number's are these, lowest first.
+        Its action must be a row of digits, ``MultiDiscrete``: those of the number, lowest first.
 
     Raises
     ------
     TypeError, ValueError
-        For other actions, or more of them than int64 counts (a lattice of 40 sites); by `step` for
-        a number that is none of these.
+        If the actions are others, or more than int64 can count (a lattice of 40 sites); by `step`
+        if the number is none of these.
 
     Examples
     --------
@@ -96,7 +96,7 @@ class DiscreteAction(TransformAction[Any, Any, Any], RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
-        RecordConstructorArgs.__init__(self)  # first, so that the spec knows no function
+        RecordConstructorArgs.__init__(self)  # first, so that no function gets into the spec
         TransformAction.__init__(self, env, *numbered(env.action_space))
 
 
@@ -113,7 +113,7 @@ class _Wrapper(
         gym.Wrapper.__init__(self, env)
 
     def step(self, action: NDArray[np.int64]) -> Step:
-        """Try the design; a step that only resets passes through."""
+        """Evaluate the design; a step that only resets passes through."""
         asked = Action.of(action)
         within = self.before(asked)
         observation, reward, terminated, truncated, info = self.env.step(within)
@@ -129,7 +129,7 @@ class _Wrapper(
 
 
 class JakobiNoise(JakobiStep, _Wrapper):
-    """Noise on what a real robot and its floor have differently each time.
+    """Noise on the properties of a real robot and its floor that vary from run to run.
 
     Every evaluation draws from the environment's ``np_random``, source by source in the order of
     `softvox_gym.noise.SOURCES`.
@@ -137,15 +137,14 @@ class JakobiNoise(JakobiStep, _Wrapper):
     Parameters
     ----------
     env : gym.Env
-        `SoftVoxEnv`, perhaps in other wrappers.
+        A `SoftVoxEnv`, possibly in other wrappers.
     level, **amounts
-        As `softvox_gym.noise.Jakobi` takes them.
+        As in `softvox_gym.noise.Jakobi`.
 
     Raises
     ------
     TypeError, ValueError
-        As `Jakobi` does, or for an environment that is not this package's or answers from the
-        table.
+        As `Jakobi` does, or if the environment is not this package's or answers from the table.
 
     Examples
     --------
@@ -159,11 +158,11 @@ class JakobiNoise(JakobiStep, _Wrapper):
 
 
 class Resample(ResampleStep, _Wrapper):
-    """Tries every design n times, and rewards an aggregate of its values.
+    """Tries every design n times; the reward is an aggregate of the values.
 
-    All trials of a step go into C together. A trial that diverged has the value 0. The observation
-    is the mean track; in the info, ``displacement`` is the mean of the trials that did not diverge,
-    ``diverged`` is true only where all did, ``steps`` counts all trials, and there are also
+    One call into C runs all trials of a step. A trial that diverged has the value 0. The
+    observation is the mean track. In the info, ``displacement`` is the mean of the trials that did
+    not diverge, ``diverged`` is true only if all did, and ``steps`` counts all trials. Added are
 
     ============== ======= =====================================================
     key            shape
@@ -178,7 +177,7 @@ class Resample(ResampleStep, _Wrapper):
     Parameters
     ----------
     env : gym.Env
-        An environment of this package, normally with noise on it.
+        An environment of this package, normally with noise.
     n : int
         Trials per step.
     aggregate : {"mean", "min", "q10", "cvar25"}
@@ -187,8 +186,8 @@ class Resample(ResampleStep, _Wrapper):
     Raises
     ------
     TypeError, ValueError
-        For another environment, one that is resampled already, an n that is not a positive whole
-        number, or an unknown aggregate.
+        If the environment is another or already resampled, n is not a positive whole number, or the
+        aggregate is unknown.
 
     Examples
     --------
@@ -203,11 +202,11 @@ class Resample(ResampleStep, _Wrapper):
 
 
 class FitnessNoise(MeasuredStep, _Wrapper):
-    """Noise on the measurement of the fitness alone; the robot travels as it would.
+    """Noise on the measured fitness only; the robot's motion is unchanged.
 
-    Adds a normal error to the reward and to ``info["fitness"]``, drawn from the environment's
-    ``np_random``; a design that diverged keeps its reward of 0. Inside a `Resample` every trial is
-    measured with an error of its own, around one the aggregate is.
+    Adds a normally distributed error to the reward and to ``info["fitness"]``, drawn from the
+    environment's ``np_random``; a design that diverged keeps its reward of 0. Around a `Resample`
+    it adds one error to the aggregate, inside one an error of its own to every trial.
 
     Parameters
     ----------
@@ -219,7 +218,7 @@ class FitnessNoise(MeasuredStep, _Wrapper):
     Raises
     ------
     TypeError, ValueError
-        As `softvox_gym.noise.MeasurementNoise` does, or for another environment.
+        As `softvox_gym.noise.MeasurementNoise` does, or if the environment is another.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the wrappers do, for a batch of n designs; a single environment is a batch of one."""
+"""What the wrappers do to a batch of n designs; a single environment is a batch of one."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ Generators = Callable[[], Sequence[np.random.Generator]]
 
 
 class Wrapping:
-    """What happens before and after the step of an environment within a wrapper.
+    """What a wrapper does before and after the step of the environment inside it.
 
-    Nothing is kept from one step to the next, so that threads may step environments side by side.
+    It keeps no state between steps, so threads may step environments side by side.
     """
 
     #: Whether two steps of one design may differ.
@@ -36,16 +36,16 @@ class Wrapping:
         raise NotImplementedError
 
     def before(self, action: Action) -> Action:
-        """Return the action, asking for more."""
+        """Return the action with added requests."""
         return action
 
     def check(self, asked: Action) -> None:
-        """Make sure that the environment got to know what was asked of a step that it made.
+        """Check that the environment received the requests for the step that it made.
 
         Raises
         ------
         TypeError
-            Where it did not.
+            If it did not.
         """
         if asked.heard == []:
             raise TypeError(
@@ -59,7 +59,7 @@ class Wrapping:
     ) -> tuple[Array, Columns]:
         """Return rewards, shape (n,) or (n, m), and the infos that change, each of shape (n, ...).
 
-        The action is the one from outside, the generators are those of the n environments.
+        The action is the one from outside; the generators are those of the n environments.
         """
         return rewards, {}
 
@@ -116,7 +116,7 @@ class ResampleStep(Wrapping):
 
 
 class MeasuredStep(Wrapping):
-    """Noise on the measured fitness: of every trial where somebody outside asks for several."""
+    """Noise on the measured fitness: on every trial if a wrapper outside asks for several."""
 
     def __init__(self, env: Any, sigma: float) -> None:
         self.wrap(env, sigma=sigma)
@@ -147,12 +147,12 @@ class MeasuredStep(Wrapping):
 def numbered(
     space: gym.Space[Any],
 ) -> tuple[Callable[[ArrayLike], Action], spaces.Discrete]:
-    """Return what turns numbers into the digits of a space, lowest first, and the numbers' space.
+    """Return a function from numbers to the digits of a space, lowest first, and their space.
 
     Raises
     ------
     TypeError, ValueError
-        For a space that is no row of digits, or has more actions than int64 counts.
+        If the space is no row of digits, or has more actions than int64 can count.
     """
     if not isinstance(space, spaces.MultiDiscrete) or space.nvec.ndim != 1:
         raise TypeError(f"DiscreteAction needs a MultiDiscrete action of one row, got {space}")
@@ -167,7 +167,7 @@ def numbered(
 
 
 def _digits(weights: NDArray[np.int64], bases: NDArray[np.int64], numbers: ArrayLike) -> Action:
-    """Return the digits of numbers, keeping what is asked of the step."""
+    """Return the digits of numbers, keeping the requests for the step."""
     asked = Action.of(numbers)
     n = prod(bases.tolist())
     if asked.dtype.kind not in "iu" or (asked.size and not 0 <= asked.min() <= asked.max() < n):
@@ -178,7 +178,7 @@ def _digits(weights: NDArray[np.int64], bases: NDArray[np.int64], numbers: Array
 
 
 def evaluator_of(env: Any, wrapper: str) -> Evaluator:
-    """Return the evaluator of an environment; TypeError where it is none of this package."""
+    """Return the evaluator of an environment; TypeError if it is not this package's."""
     evaluator = getattr(env.unwrapped, "evaluator", None)
     if not isinstance(evaluator, Evaluator):
         raise TypeError(
@@ -190,7 +190,7 @@ def evaluator_of(env: Any, wrapper: str) -> Evaluator:
 
 
 def chain(env: Any) -> Iterator[Any]:
-    """Yield an environment and those inside, outermost first."""
+    """Yield an environment and those inside it, outermost first."""
     while env is not None:
         yield env
         inner = getattr(env, "env", None)
@@ -200,15 +200,15 @@ def chain(env: Any) -> Iterator[Any]:
 def is_noisy(env: Any) -> bool:
     """Return whether two steps of one design may differ.
 
-    Our wrappers say so, and any other wrapper that has a true attribute `is_noisy`.
+    Any wrapper with a true attribute `is_noisy` makes them differ; this package's wrappers have it.
     """
     return any(getattr(link, "is_noisy", False) for link in chain(env))
 
 
 def silent(env: Any) -> Any | None:
-    """Return the outermost wrapper from elsewhere that doesn't say whether it is noisy, if any.
+    """Return the outermost foreign wrapper that doesn't declare whether it is noisy, if any.
 
-    Those of Gymnasium and of this package are known.
+    Gymnasium's wrappers and this package's are known.
     """
     for link in chain(env):
         package = type(link).__module__.partition(".")[0]

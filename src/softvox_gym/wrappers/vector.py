@@ -1,7 +1,7 @@
 """The wrappers of `softvox_gym.wrappers` for vector environments, under the same names.
 
 They return what a `SyncVectorEnv` of single environments in the single wrappers does, with the same
-seeds; all designs of a batch, and all their trials, go into C together.
+seeds; one call into C runs all designs of a batch with all their trials.
 
 Examples
 --------
@@ -47,15 +47,15 @@ class DiscreteAction(TransformAction):
         super().__init__(env, func, single_action_space=space)
 
 
-class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since Gymnasium 1.3
+class _Wrapper(Wrapping, VectorWrapper):  # typed only since Gymnasium 1.3
     """A wrapper around a vector environment."""
 
     def wrap(self, env: Env, **options: Any) -> None:
-        """Make it one; a vector's spec knows no wrappers."""
+        """Initialise the wrapper; the spec of a vector has no wrappers."""
         VectorWrapper.__init__(self, env)
 
     def step(self, actions: NDArray[np.int64]) -> Batch:
-        """Try the designs; of those that only reset nothing changes."""
+        """Evaluate the designs; environments that only reset are left unchanged."""
         asked = Action.of(actions)
         within = self.before(asked)
         observations, rewards, terminated, truncated, infos = self.env.step(within)
@@ -66,7 +66,7 @@ class _Wrapper(Wrapping, VectorWrapper):  # without types, which it takes since 
         which = np.flatnonzero(told["_fitness"])
         of_those = {key: told[key][which] for key in told if f"_{key}" in told}
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
-        rewards = np.zeros_like(rewards)
+        rewards = rewards.copy()
         rewards[which] = values
         told |= batched([(which, changed)], self.num_envs)
         return observations, rewards, terminated, truncated, infos

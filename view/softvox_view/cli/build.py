@@ -31,23 +31,23 @@ if TYPE_CHECKING:
     from softvox_view.figures.sheets import Facts
 
 DESCRIPTION = f"""\
-Say what is built of designs with the paper's kit: the actuator groups (active
-voxels of a slice that share their air), the inlet of each and why it is there,
-what needs care, or why a design can't be built; and what all that can takes:
-voxels by colour, silicone, tube, hours, and the bill of materials, scaled from
-the paper's table for fifty robots.
+Plan how to build designs with the paper's kit. For each design, print the
+actuator groups (active voxels of a slice that share their air), the inlet of
+each with the reason for its place, and warnings; or why it can't be built. For
+all that can be built, print amounts (voxels by colour, silicone, tube, hours)
+and the bill of materials, scaled from the paper's table for fifty robots.
 
---out draws sheets: for each robot a page with its slices, the order of
-assembly, and what to expect and to measure.
+--out draws sheets: a page per robot with its slices, the order of assembly, and
+the expected measurements. The file's ending sets the format:
   .pdf   all robots, and a page for the batch: the bill, and how to measure
   .html  the same, for a browser
-  .svg   the same, the pages below one another
+  .svg   the same, with the pages below one another
 
-That the mould makes {MOULD_VOXELS} voxels at once is an assumption; mould fillings and
-hours go by it. The hours are those of its two layers: each takes 25 min and
-20 min at 60 C, or 75 min without an incubator.
+Mould fillings and hours assume that the mould makes {MOULD_VOXELS} voxels at once. The
+hours are for curing its two layers: each takes 25 min and then 20 min at 60 C,
+or 75 min without an incubator.
 
-Exit status 1 where a DESIGN can't be built; the others are dealt with.
+If a DESIGN can't be built, the exit status is 1; the others are still planned.
 """
 
 USAGE = """\
@@ -62,7 +62,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "build",
-        help="what is built of designs with silicone: sheets, and the bill",
+        help="plan how to build designs in silicone: sheets, and the bill",
         description=DESCRIPTION,
         usage=USAGE,
     )
@@ -71,18 +71,20 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--top",
         **number,
-        help="instead of designs, the fittest N of the published landscape that can be built",
+        help="plan the fittest N of the published landscape that can be built",
     )
     parser.add_argument(
         "--one-per-class",
         action="store_true",
-        help="of these the best of each symmetry class (turned or mirrored)",
+        help="with --top, only the best of each symmetry class (turned or mirrored)",
     )
     add_shape(parser)
-    parser.add_argument("--copies", **number, default=1, help="of each robot (default: 1)")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="draw sheets")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the bill of materials")
-    words = f"that one filling of the mould makes (default: {MOULD_VOXELS})"
+    parser.add_argument(
+        "--copies", **number, default=1, help="number of robots per design (default: 1)"
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="draw sheets into FILE")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the bill into FILE, as CSV")
+    words = f"number of voxels per filling of the mould (default: {MOULD_VOXELS})"
     parser.add_argument("--mould-voxels", **number, default=MOULD_VOXELS, help=words)
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     parser.set_defaults(run=run, parser=parser)
@@ -91,7 +93,7 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, plan, draw, write, then print."""
     if bool(args.designs) == bool(args.top):
-        raise BadInputError("give a DESIGN or several, or --top N; and not both")
+        raise BadInputError("give either designs or --top N")
     designs, shown = _best(args) if args.top else (_given(args), "")
     for option, path in (("--out", args.out), ("--csv", args.csv)):
         if path:
@@ -119,7 +121,7 @@ def run(args: Namespace) -> int:
 def _given(args: Namespace) -> list[Design]:
     """Return the designs that were named."""
     if args.one_per_class:
-        raise BadInputError("--one-per-class is for --top")
+        raise BadInputError("--one-per-class needs --top N; give that instead of designs")
     return [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
 
 
@@ -131,7 +133,9 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
     can_be = buildable(Lattice().digits(table["design"]), Lattice())
     ranks = np.flatnonzero(can_be)[: args.top]
     if args.top > len(ranks):
-        raise BadInputError(f"--top: {len(ranks)} designs can be built, {args.top} were asked for")
+        raise BadInputError(
+            f"--top must be at most {len(ranks)}, the designs that can be built, got {args.top}"
+        )
     left_out = ranks[-1] + 1 - len(ranks)
     if args.one_per_class:
         classes = symmetry_classes()[table["design"][ranks]]

@@ -38,27 +38,28 @@ from softvox_view.cli.options import import_figures, write_figures
 SHOWN = 10
 
 DESCRIPTION = f"""\
-Find the physics under which designs move as real robots do: every design that
-has real tracks (--tracks, as softvox figures takes them) under every point of a
-grid. Or the trials of a folder (--trials, see softvox trials) of 2x2x2 designs
-under the same conditions, of which the frequency is known where they say it. Or
-as designs move in a pseudo-reality (--reality, --designs), of which
-{", ".join(KNOWN[:-1])} and {KNOWN[-1]} are known, as whoever pumps a robot
-knows them, and nothing else.
+Find the physics under which simulated designs move like real robots: simulate
+every real design at every point of a grid of physics. What is real is given by
+  --tracks    files of real tracks, in the format of softvox figures
+  --trials    a folder of trials (see softvox trials) of 2x2x2 designs under the
+              same conditions; a frequency recorded in them is taken as known
+  --reality   a pseudo-reality, with --designs; {", ".join(KNOWN[:-1])} and
+              {KNOWN[-1]} are taken as known, as whoever pumps a robot knows
+              them, and nothing else
 
-A point is scored by the number of headings within {WITHIN} degrees, and by the
-distance between the ends where that is the same. Designs that travel less than
-{LITTLE:g} voxel widths in reality have no heading, and are not among those that
-count; one that has none under a point is missed there. Robots are held against
-each other after as many cycles as the real ones walked, those of trials all
-after as many as the shortest run has, or after --cycles.
+A point's score is the number of headings that match within {WITHIN} degrees; ties
+are decided by how many designs diverge, then by the distance between the ends.
+Designs that travel less than {LITTLE:g} voxel widths in reality have no heading and
+are not counted; a design that has none at a point is a miss there. Robots are
+compared after as many cycles as the real ones walked; with --trials, all after
+as many as the shortest run has, or after --cycles.
 
---grid names axes, each with values or with the usual ones:
+--grid names axes, each with values or with its default values:
   friction,shear                   pairs of friction, kinetic at most static; T*
-  friction,strain=0.2:0.5:4        four strains from 0.2 to 0.5
-  shear=0,0.5,frequency_hz=2,4     these
-shear is T*, the shear strength of a voxel's face over its weight. All numbers
-of the physics may be axes, and these have usual values:
+  friction,strain=0.2:0.5:4        pairs of friction; 4 strains from 0.2 to 0.5
+  shear=0,0.5,frequency_hz=2,4     two values of each
+shear is T*, the shear strength of a voxel's face over the voxel's weight. All
+numeric parameters of the physics may be axes. These have default values:
 {fill(", ".join(AXES), 79)}
 """
 
@@ -67,7 +68,7 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "calibrate",
-        help="find the physics that moves as real robots do",
+        help="find the physics under which designs move like real robots",
         description=DESCRIPTION,
         usage="softvox calibrate --tracks FILE.csv [options]\n"
         "       softvox calibrate --trials DIR [options]\n"
@@ -81,20 +82,25 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.csv",
         help="tracks of real robots; may be given several times",
     )
-    parser.add_argument("--reality", metavar="NAME", help="one that softvox reality --list names")
-    parser.add_argument("--designs", metavar="N,N,...", help="numbers or digits, for --reality")
+    parser.add_argument("--reality", metavar="NAME", help="a reality of softvox reality --list")
     parser.add_argument(
-        "--grid", default="friction,shear", metavar="GRID", help="default: friction,shear"
+        "--designs", metavar="N,N,...", help="designs for --reality, as numbers or digits"
+    )
+    parser.add_argument(
+        "--grid",
+        default="friction,shear",
+        metavar="GRID",
+        help="the axes of the grid (default: friction,shear)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, with all points")
     parser.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
-        help="also draw the headings matched over the grid, and the tracks of the best point "
-        "over the real ones, into this folder, with both as tables",
+        help="also draw the number of matched headings over the grid, and the real tracks over "
+        "those of the best point, into this folder, with tables of both",
     )
-    parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
+    parser.add_argument("--force", action="store_true", help="replace earlier files in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     add_trials(parser)
     add_threads(parser)
@@ -106,15 +112,15 @@ def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write all files at once, then print."""
     if (bool(args.tracks), bool(args.trials), args.reality is not None).count(True) != 1:
         raise BadInputError(
-            "what is real is said by --tracks FILE.csv, by --trials DIR, or by --reality NAME "
-            "--designs N,N,...; give one of them"
+            "give what is real: one of --tracks FILE.csv, --trials DIR, and --reality NAME "
+            "--designs N,N,..."
         )
     if (args.designs is None) == (args.reality is not None):
         raise BadInputError("--reality NAME and --designs N,N,... belong together; give both")
     if args.duration is not None:
         raise BadInputError(
-            "--duration is that of the real tracks, as many cycles; leave it out, and give "
-            "--frequency-hz for how long a cycle is"
+            "--duration follows from the cycles of the real tracks; leave it out, and give "
+            "--frequency-hz to set how long a cycle is"
         )
     with bad_input("--grid"):
         grid = grid_of(args.grid)
@@ -147,7 +153,7 @@ def run(args: Namespace) -> int:
     print(f"{points.text()}\n\nat the best point:\n{designs.text()}")
     if where is not None:
         told = (f"{k} {v if isinstance(v, str) else f'{v:g}'}" for k, v in known.items())
-        print(f"\nreal: {where.about}\nknown of it: {', '.join(told) or 'nothing'}")
+        print(f"\nreal: {where.about}\ntaken as known: {', '.join(told) or 'nothing'}")
     if args.out is not None:
         print(f"\nwrote {args.out}")
     return 0

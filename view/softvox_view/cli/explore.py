@@ -18,13 +18,13 @@ from softvox_view.cli.options import add_results, read_results
 from softvox_view.explore.trials import on_the_map
 
 DESCRIPTION = """\
-Show the landscape as a map in a browser: hover over a cell and see the robot,
-click and it is simulated and replayed in 3-D; sliders change the physics, and
-all 6561 designs are simulated anew. The page is one file that holds the engine
-and asks the network for nothing: open it from disk, send it, or put it on any
-host.
+Show the landscape as a map in a browser. Hover over a cell to see the robot;
+click it to simulate the robot and replay it in 3-D. If you move the sliders of
+the physics, all 6561 designs are simulated again. The page is one file that
+contains the engine and makes no network requests: open it from disk, send it,
+or put it on any host.
 
-The page's address keeps what is seen: what follows its # is what --state takes.
+The page's address records the view: the part after # can be given as --state.
 """
 
 
@@ -32,23 +32,24 @@ def add_parser(commands: Any) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "explore",
-        help="the landscape as a living map, in a browser",
+        help="show the landscape as an interactive map in a browser",
         description=DESCRIPTION,
     )
     parser.add_argument(
         "--out",
         type=Path,
         metavar="FILE",
-        help="write the page there, and open no browser (default: a temporary folder)",
+        help="write the page to FILE, and open no browser (default: a temporary file, opened in a "
+        "browser)",
     )
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     parser.add_argument(
         "--state",
         default="",
         metavar="STATE",
-        help="to begin with, as 'design=6453&gravity=-1.62'",
+        help="the initial view, as 'design=6453&gravity=-1.62'",
     )
-    add_results(parser, "whose searchers' paths can be laid over the map")
+    add_results(parser, "to show its searchers' paths over the map")
     parser.add_argument(
         "--trials",
         type=Path,

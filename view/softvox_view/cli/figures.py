@@ -39,23 +39,23 @@ SCALES = ("rank", "fitness")
 _NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
 
 DESCRIPTION = f"""\
-Draw the figures of the paper, and some that it lacks, into a folder:
+Draw the figures of the paper, and further ones, into a folder:
 {_NAMES}
-All of them where none is named; search and transfer only where --results is
-given, a folder of theirs.
+Without a NAME, all are drawn; search and transfer only if --results gives a
+folder of their kind.
 
---reality chooses the worlds that the simulator is held against in the figures
-whose names begin with gap; softvox reality --list names them. Otherwise gap and
-gap_headings show all that have a name, and gap_tracks and gap_map are of
-area_friction, where most of the best robots turn round.
+--reality selects the worlds in the figures whose names begin with gap;
+softvox reality --list names them. By default gap and gap_headings show all
+named realities, and gap_tracks and gap_map show area_friction, where most of
+the best robots turn round.
 
---tracks lays real robots' tracks over the simulated ones and compares them:
-angle between the displacements, end-point error, RMS. The file is CSV with
+--tracks draws tracks of real robots over the simulated ones and compares them:
+angle between the displacements, end-point error, RMS error. The file is CSV,
   design,trial,cycle,x_cm,y_cm
   6453,1,0,0.0,0.0
   6453,1,0.5,-0.1,-0.2
-one line per moment, cycle counting from 0 in every trial. tracks_simulated.csv,
-which the figure tracks writes, is such a file.
+with one line per moment; cycle starts at 0 in every trial. The figure tracks
+writes such a file, tracks_simulated.csv.
 
 The same data give the same bytes.
 """
@@ -71,7 +71,11 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="figures (default: all)")
     parser.add_argument(
-        "--out", type=Path, default=Path("figures"), metavar="DIR", help="default: figures"
+        "--out",
+        type=Path,
+        default=Path("figures"),
+        metavar="DIR",
+        help="folder to write (default: figures)",
     )
     parser.add_argument(
         "--format",
@@ -79,7 +83,7 @@ def add_parser(commands: Any) -> None:
         choices=FORMATS,
         default=FORMATS,
         metavar="FORMAT",
-        help=f"of {', '.join(FORMATS)} (default: all)",
+        help=f"{' or '.join(FORMATS)}, or both (default: both)",
     )
     parser.add_argument(
         "--tracks",
@@ -87,7 +91,7 @@ def add_parser(commands: Any) -> None:
         action="append",
         default=[],
         metavar="FILE.csv",
-        help="tracks of real robots, for tracks; may be given several times",
+        help="tracks of real robots, for the figure tracks; may be given several times",
     )
     add_results(parser, "for search or transfer")
     parser.add_argument(
@@ -95,10 +99,11 @@ def add_parser(commands: Any) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="a reality, for the figures gap; may be given several times",
+        help="a reality, for the figures named gap...; may be given several times",
     )
-    parser.add_argument("--scale", choices=SCALES, help="of the heatmap's colours (default: rank)")
-    one = "gallery: one per symmetry class"
+    scale = "what the heatmap's colours show (default: rank)"
+    parser.add_argument("--scale", choices=SCALES, help=scale)
+    one = "in the gallery, only one robot per symmetry class"
     parser.add_argument("--one-per-class", action="store_true", help=one)
     parser.add_argument("--force", action="store_true", help="replace earlier figures in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")

@@ -46,7 +46,7 @@ def add_results(parser: ArgumentParser, what_for: str) -> None:
         action="append",
         default=[],
         metavar="DIR",
-        help=f"a folder of softvox compare, {what_for}; may be given several times",
+        help=f"a results folder of softvox compare, {what_for}; may be given several times",
     )
 
 
@@ -71,8 +71,7 @@ def read_results(
         name = folder.resolve().name
         if name in named:
             raise BadInputError(
-                f"two folders of results are called {name}, and so would be what is made of them; "
-                "rename one, or take them one after the other"
+                f"two folders of results are called {name}; rename one, or use one at a time"
             )
         try:
             named[name] = read(folder, of_transfer=of_transfer)

@@ -45,18 +45,18 @@ from softvox_view.replay.data import bytes_per_frame, frames_at, labels
 from softvox_view.replay.still import Panels, panel_for
 
 DESCRIPTION = """\
-Show designs in motion, side by side. What FILE ends in says how:
+Show designs in motion, side by side. The ending of FILE sets the format:
 
   .html  a page with the robots in 3-D: one file, for any browser, offline;
          orbit, zoom, play, scrub, follow (needs WebGL 2)
   .gif   a film that repeats (needs Pillow and imageio-ffmpeg)
   .mp4   a film (needs the same)
   .png   a picture of the last moment (needs Pillow)
-  .glb   the voxels and their movement for any 3-D program (glTF)
+  .glb   the voxels and their movement, for 3-D programs (glTF)
 
-Robots are seen from the side and go to the right. Each has its number, digits
-and fitness, the distance that its centre of mass travels in this run, in voxel
-widths; a ghost where it started, its path, and a ruler.
+Robots are seen from the side and go to the right. Each is shown with its
+number, its digits, its fitness (the distance that its centre of mass travels in
+this run, in voxel widths), a ghost at its start, its path, and a ruler.
 """
 
 USAGE = """\
@@ -109,52 +109,55 @@ def add_parser(commands: Any) -> None:
         "--top",
         type=within(1, MOST_OF_TOP, whole_number),
         metavar="N",
-        help="instead of designs, the fittest N, each the best of those that look the same when "
-        "turned or mirrored: one page on which each repeats its last cycle",
+        help="show the fittest N instead, only the best of robots that are equal when turned or "
+        "mirrored, on a page on which each repeats its last cycle",
     )
     parser.add_argument(
         "--versus",
         action="append",
         default=[],
         metavar="WORLD",
-        help="show each design in this world too, in one scene: reality=NAME (softvox reality "
-        "names them), or parameters as gravity=-1.62,strain=0.1; may be given several times",
+        help="also show each design in this world, in the same scene: reality=NAME (of softvox "
+        "reality --list), or parameters as gravity=-1.62,strain=0.1; may be given several times",
     )
     parser.add_argument(
         "--boxes",
         action="store_true",
-        help="draw each voxel as the cube that it is in the model; else neighbours share corners",
+        help="draw each voxel as a cube, as in the model (default: neighbours share corners)",
     )
     add_shape(parser)
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="default: replay-DESIGN.html in this folder"
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="file to write (default: replay-DESIGN.html in this folder)",
     )
     parser.add_argument(
         "--cycles",
         type=within(0.001, 1e5),  # a day of pumping
         metavar="N",
-        help="of actuation (default: what --duration gives)",
+        help="cycles of actuation (default: those of --duration)",
     )
     parser.add_argument(
         "--fps",
         type=within(0.01, 1000),
         metavar="N",
-        help=f"pictures per second of a film (default: {FPS:g}; a .gif has at most 50), or frames "
-        f"that a page keeps per second of the run (default: {PER_CYCLE} per cycle, fewer where the "
-        "page would be large)",
+        help=f"pictures per second of a film (default: {FPS:g}; at most 50 in a .gif), or frames "
+        f"in a page per second of the run (default: {PER_CYCLE} per cycle, fewer if the page would "
+        "be large)",
     )
     parser.add_argument(
         "--speed",
         type=within(0.01, 1000),
         default=replay.SPEED,
         metavar="X",
-        help=f"1 is real time (default: {replay.SPEED:g}); a page begins with it",
+        help=f"speed of the replay, 1 for real time (default: {replay.SPEED:g})",
     )
     parser.add_argument(
         "--width",
         type=within(120, 1920, whole_number),
         metavar="N",
-        help=f"pixels of each robot's picture in a film or .png (default: {WIDTH})",
+        help=f"width of each robot's picture in a film or .png, pixels (default: {WIDTH})",
     )
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     add_threads(parser)
@@ -165,7 +168,7 @@ def add_parser(commands: Any) -> None:
 def run(args: Namespace) -> int:
     """Check everything, simulate, draw, write."""
     if bool(args.designs) == bool(args.top):
-        raise BadInputError("give a DESIGN or several, or --top N; and not both")
+        raise BadInputError("give either designs or --top N")
     if len(args.designs) > MOST_DESIGNS:
         raise BadInputError(
             f"{len(args.designs)} designs were given, and at most {MOST_DESIGNS} are shown side by "
@@ -211,9 +214,9 @@ def _labels(results: Mapping[str, Result], i: int) -> list[tuple[str, str]]:
 def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
     """Return the worlds to show designs in, by name: that of the options, then each --versus."""
     if args.top and args.versus:
-        raise BadInputError("--versus shows designs that are given, and --top has none")
+        raise BadInputError("--versus can't be combined with --top; give designs instead")
     if len(args.versus) >= MOST_WORLDS:
-        raise BadInputError(f"at most {MOST_WORLDS - 1} worlds are shown --versus the first")
+        raise BadInputError(f"--versus takes at most {MOST_WORLDS - 1} worlds; give fewer")
     worlds = {named(physics, args.physics): Reality.of(physics)}
     for text in args.versus:
         with bad_input("--versus"):
@@ -258,7 +261,7 @@ def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
     table, classes = landscape(physics), symmetry_classes()
     order = ranking(table)["design"]
     if not len(order):
-        raise BadInputError("--top: no design has a fitness here, all diverge")
+        raise BadInputError("--top: all designs diverge under this physics; give another")
     _, first = np.unique(classes[order], return_index=True)
     designs = order[np.sort(first)[: args.top]]
     every = max(1, round(1 / (LAP * float(physics.frequency_hz) * float(physics.time_step))))
@@ -304,7 +307,7 @@ def _check(args: Namespace) -> None:
     if args.kind in RECORDED and args.width is not None:
         raise BadInputError("--width is for films and .png")
     if args.kind == ".glb" and args.boxes:
-        raise BadInputError("--boxes is for pictures; a .glb holds boxes always")
+        raise BadInputError("--boxes is for pictures; a .glb always has boxes")
     if absent := [module for module in NEEDS[args.kind] if find_spec(module) is None]:
         error = ModuleNotFoundError(name=absent[0])
         raise BadInputError(missing(f"a {args.kind}", error, absent) + ", or make a .html")

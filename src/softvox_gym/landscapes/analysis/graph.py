@@ -1,4 +1,4 @@
-"""The graph that a mutation walks: designs of the 2x2x2 lattice that differ at one site."""
+"""The mutation graph: designs of the 2x2x2 lattice, joined if they differ at one site."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def neighbours() -> NDArray[np.int64]:
 
 
 def with_digit(digit: int | NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of every design after a site alone is given a digit, shape (6561, 8).
+    """Return the number of every design after one site gets a digit, shape (6561, 8).
 
     The digit is one for all, or one per design and site, shape (6561, 8).
     """
@@ -52,7 +52,7 @@ def with_digit(digit: int | NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def distance_to(designs: ArrayLike) -> NDArray[np.int64]:
-    """Return how many mutations (0 to 8) every design is away from the nearest of some designs."""
+    """Return the distance in mutations (0 to 8) of every design from the nearest of some."""
     distance = np.full(N_DESIGNS, N_SITES)
     distance[np.asarray(designs, dtype=np.int64)] = 0
     for _ in range(N_SITES):
@@ -61,10 +61,10 @@ def distance_to(designs: ArrayLike) -> NDArray[np.int64]:
 
 
 def components(joined: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the pieces into which the graph falls when only some of its edges are kept.
+    """Return the components of the graph when only some of its edges are kept.
 
-    Given for each of the `neighbours` whether the edge to it is kept, shape (6561, 16), the same
-    seen from either end; for each design the smallest number in its piece, shape (6561,).
+    Takes for each of the `neighbours` whether the edge to it is kept, shape (6561, 16), the same
+    from both ends. Returns for each design the smallest number in its component, shape (6561,).
     """
     label = np.arange(N_DESIGNS)
     while True:
@@ -77,6 +77,6 @@ def components(joined: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def read_only(values: NDArray[Any]) -> NDArray[Any]:
-    """Return the same array, protected."""
+    """Return the same array, made read-only."""
     values.flags.writeable = False
     return values

@@ -13,7 +13,7 @@ from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import N_DESIGNS
 
-#: An optimum counts as good as the best from this share of its fitness on.
+#: An optimum with at least this share of the best fitness counts as good.
 NEARLY = 0.99
 
 
@@ -37,7 +37,7 @@ class LocalOptima(NamedTuple):
         The smallest number on the plateau.
     fitness : ndarray, shape (m,)
     plateau : ndarray of int64, shape (m,)
-        How many designs the plateau has; 1 for a plain peak.
+        Number of designs on the plateau; 1 for a peak.
     steepest, random : Ascents
         Climbs that take the fittest neighbour, and climbs that take any fitter neighbour, each
         with the same probability.
@@ -53,8 +53,8 @@ class LocalOptima(NamedTuple):
 def plateaus(fitness: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the plateau of every design: the designs reached by mutations that change nothing.
 
-    The smallest number on it stands for it, shape (6561,). Equal means equal bits, but for the
-    sign of zero.
+    The smallest number on a plateau represents it, shape (6561,). Equal means equal bits, apart
+    from the sign of zero.
     """
     return components(fitness[neighbours()] == fitness[:, np.newaxis])
 
@@ -62,10 +62,9 @@ def plateaus(fitness: NDArray[np.float64]) -> NDArray[np.int64]:
 def upward_moves(fitness: NDArray[np.float64]) -> list[NDArray[np.int64]]:
     """Return the designs that a climb may go to from each design, by number.
 
-    These are the fitter neighbours. A design without any, on a plateau with others that have some,
-    may go to every fitter neighbour of the plateau: the climb walks the plateau and leaves it, in
-    what counts as one move. A design from which no move is possible is, with its plateau, a local
-    optimum.
+    These are the fitter neighbours. A design without any, on a plateau where other designs have
+    some, may go to every fitter neighbour of the plateau: the climb crosses and leaves the plateau
+    in one move. A design from which no move is possible is, with its plateau, a local optimum.
     """
     around = np.sort(neighbours(), axis=1)
     fitter = fitness[around] > fitness[:, np.newaxis]
@@ -119,7 +118,7 @@ def _absorbed(
     ends: NDArray[np.int64],
     n_ends: int,
 ) -> Ascents:
-    """Return where uniformly drawn moves end, and after how many; every move must gain fitness."""
+    """Return where uniformly drawn moves end, and after how many; each must gain fitness."""
     probability = np.zeros((N_DESIGNS, n_ends))
     steps = np.zeros(N_DESIGNS)
     for design in np.argsort(-fitness, kind="stable"):
@@ -177,7 +176,7 @@ def optima(found: LocalOptima) -> Section:
 
 
 def climbs(found: LocalOptima) -> Section:
-    """Return what to expect of a climb from a design drawn with equal probability."""
+    """Return the expectations of a climb from a uniformly drawn design."""
     best = float(found.fitness[0])
     nearly = found.fitness >= min(NEARLY * best, best)
     rows = []

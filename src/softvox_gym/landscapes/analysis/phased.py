@@ -1,4 +1,4 @@
-"""Landscapes of several phases, with millions of designs: what can be told of them in seconds."""
+"""Analysis of landscapes of several phases, with millions of designs, in seconds."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import all_digits, landscape
 from softvox_gym.lattice import Lattice
 
-#: Voxel widths; designs that travel further are counted.
+#: Voxel widths; designs that travel further than each are counted.
 THRESHOLDS = (1.0, 2.0, 3.0, 4.0)
 
-#: Designs that are listed, the fittest of all and of those that can be built.
+#: Number of listed designs, the fittest of all and the fittest buildable ones.
 LISTED = 20
 
 Array = NDArray[np.float64]
 
 
 def analyse_phased(fitness: ArrayLike, lattice: Lattice) -> Analysis:
-    """Analyse a landscape of one phase or several, exactly; in seconds, also of millions.
+    """Analyse a landscape of one or several phases, exactly; seconds even for millions of designs.
 
     Parameters
     ----------
     fitness : array_like, shape (n,)
-        Entry i belongs to design i of the lattice, 2x2x2 of some phases. NaN, a design that
-        diverged, counts as 0.
+        Entry i belongs to design i of the lattice, 2x2x2 with any number of phases. NaN, a design
+        that diverged, counts as 0.
     lattice : Lattice
 
     Raises
     ------
     ValueError
-        Where these are not as many as the lattice has designs.
+        If the length is not the number of designs of the lattice.
     """
     values = np.asarray(fitness, dtype=np.float64)
     if values.shape != (lattice.n_designs,):
@@ -69,9 +69,9 @@ def _grid(values: NDArray[np.generic], lattice: Lattice) -> NDArray[np.generic]:
 
 
 def images(values: NDArray[np.generic], lattice: Lattice) -> list[NDArray[np.generic]]:
-    """Return the values of what the eight symmetries make of every design, each of shape (n,).
+    """Return the values of the images of every design under the eight symmetries, each (n,).
 
-    On a lattice of 2x2x2 sites and any phases; the symmetries are those of `symmetries`.
+    For a lattice of 2x2x2 sites with any phases; the symmetries are those of `symmetries`.
     """
     last = lattice.sites - 1
     made = []
@@ -83,13 +83,13 @@ def images(values: NDArray[np.generic], lattice: Lattice) -> list[NDArray[np.gen
 
 
 def best_of_class(fitness: Array, lattice: Lattice) -> Array:
-    """Return for every design the best fitness of those that are it turned or mirrored, (n,)."""
+    """Return for every design the best fitness in its symmetry class, shape (n,)."""
     best: Array = np.max(images(fitness, lattice), axis=0)
     return best
 
 
 def is_peak(fitness: Array, lattice: Lattice) -> NDArray[np.bool_]:
-    """Return which designs are fitter than all that differ from them at one site, shape (n,)."""
+    """Return which designs are fitter than all their neighbours in one site, shape (n,)."""
     grid = _grid(fitness, lattice)
     peak = np.full(grid.shape, True)
     for axis in range(grid.ndim):

@@ -1,4 +1,4 @@
-"""What one mutation, or one error in fabrication, leaves of a design's fitness."""
+"""The fitness that is left after one mutation, or one fabrication error."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from softvox_gym.landscapes.analysis.graph import all_digits, neighbours, with_d
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import N_DESIGNS
 
-#: How many of the fittest designs are put to the test of one error, together.
+#: Sizes of the groups of fittest designs that are tested for one error.
 RANKS = (1, 10, 100, N_DESIGNS)
 
 
 class AfterError(NamedTuple):
     """The fitness of every design after one error of a kind, shape (6561,), voxel widths.
 
-    Over the errors of that kind that can befall the design; NaN where none can.
+    Over the errors of that kind that are possible in the design; NaN if none is.
     """
 
     mean: NDArray[np.float64]
@@ -50,7 +50,7 @@ def _after(fitness: NDArray[np.float64], possible: NDArray[np.bool_]) -> AfterEr
 
 
 def robustness(fitness: NDArray[np.float64], after: dict[str, AfterError]) -> Section:
-    """Return what groups of the fittest designs keep after one error of each kind."""
+    """Return the fitness that groups of the fittest designs keep after one error of each kind."""
     order = np.argsort(-fitness, kind="stable")
     names = {1: "the fittest", N_DESIGNS: "all designs"}
     rows = []
@@ -96,10 +96,10 @@ def robustness(fitness: NDArray[np.float64], after: dict[str, AfterError]) -> Se
 def _kept(
     fitness: NDArray[np.float64], after: AfterError, group: NDArray[np.int64]
 ) -> tuple[int, float | None, float | None]:
-    """Return how many of a group the error can befall, and which share of fitness they keep.
+    """Return how many designs of a group can have the error, and their kept share of fitness.
 
-    The shares, on average and at the worst place, are ratios of averages, which tiny fitness does
-    not disturb. None where the fitness of these designs is not positive, or there are none.
+    The shares, on average and at the worst place, are ratios of averages, which are robust to tiny
+    fitness. None if the fitness of these designs is not positive, or there are none.
     """
     group = group[~np.isnan(after.mean[group])]
     own = float(fitness[group].mean()) if len(group) else 0.0
@@ -110,7 +110,7 @@ def _kept(
 
 
 def every_design(fitness: NDArray[np.float64], after: dict[str, AfterError]) -> Section:
-    """Return the table of what one error leaves of each design, for programs."""
+    """Return the table of each design's fitness after one error, for programs."""
     columns = {
         "design": range(N_DESIGNS),
         "digits": [Design(number).digits for number in range(N_DESIGNS)],

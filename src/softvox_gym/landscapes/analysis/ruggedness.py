@@ -17,7 +17,7 @@ from softvox_gym.landscapes.analysis.graph import (
 from softvox_gym.landscapes.analysis.symmetry import symmetry_classes
 from softvox_gym.landscapes.section import Column, Section
 
-#: Voxel widths: mutations that change fitness by no more are neutral.
+#: Voxel widths; mutations that change fitness by at most this much are neutral.
 THRESHOLDS = (0.0, 0.01, 0.1)
 
 
@@ -33,7 +33,7 @@ def autocorrelation(
     Returns
     -------
     ndarray, shape (lags + 1,), or None
-        rho(0) = 1, rho(1), ... rho(lags). None where all fitness is equal.
+        rho(0) = 1, rho(1), ... rho(lags). None if all fitness is equal.
 
     Source: E. Weinberger, Correlated and uncorrelated fitness landscapes and how to tell the
     difference, Biological Cybernetics 63, 1990.
@@ -50,7 +50,7 @@ def autocorrelation(
 def correlation_length(rho_1: float) -> float:
     """Return the steps of a random walk after which correlation has fallen by a factor e.
 
-    -1 / ln |rho_1|, of the autocorrelation after one step, below 1; 0 where that is 0.
+    -1 / ln |rho_1|, where rho_1 is the autocorrelation after one step, below 1; 0 if that is 0.
 
     Source: P. F. Stadler, Landscapes and their correlation functions, Journal of Mathematical
     Chemistry 20, 1996.
@@ -69,7 +69,7 @@ def variance_by_order(fitness: NDArray[np.float64]) -> NDArray[np.float64] | Non
     Returns
     -------
     ndarray, shape (8,), or None
-        Sums to 1; entry k - 1 belongs to order k. None where all fitness is equal.
+        Sums to 1; entry k - 1 belongs to order k. None if all fitness is equal.
 
     Source: P. F. Stadler, Landscapes and their correlation functions, Journal of Mathematical
     Chemistry 20, 1996 (amplitude spectra); B. Efron, C. Stein, The jackknife estimate of variance,
@@ -89,7 +89,7 @@ def variance_by_order(fitness: NDArray[np.float64]) -> NDArray[np.float64] | Non
 
 
 def ruggedness(fitness: NDArray[np.float64]) -> Section:
-    """Return correlation, interaction of sites, and how fitness goes with distance.
+    """Return correlation, interaction of sites, and fitness by distance from the best.
 
     Source: T. Jones, S. Forrest, Fitness distance correlation as a measure of problem difficulty
     for genetic algorithms, ICGA 1995.
@@ -138,7 +138,7 @@ def ruggedness(fitness: NDArray[np.float64]) -> Section:
 
 
 def neutrality(fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THRESHOLDS) -> Section:
-    """Return how many mutations change fitness by no more than each threshold, voxel widths.
+    """Return how many mutations change fitness by at most each threshold, voxel widths.
 
     Source: C. M. Reidys, P. F. Stadler, Neutrality in fitness landscapes, Applied Mathematics and
     Computation 117, 2001.
@@ -169,7 +169,7 @@ def neutrality(fitness: NDArray[np.float64], thresholds: tuple[float, ...] = THR
 
 
 def _pearson(fitness: NDArray[np.float64], distance: NDArray[np.int64]) -> float | None:
-    """Return the correlation, or None where either does not vary."""
+    """Return the correlation, or None if either does not vary."""
     if not np.ptp(fitness) or not np.ptp(distance):
         return None
     return float(np.corrcoef(fitness, distance)[0, 1])

@@ -25,10 +25,10 @@ class Analysis:
     Parameters
     ----------
     fitness : ndarray, shape (6561,)
-        As analysed: 0 where a design diverged.
+        As analysed: 0 if a design diverged.
     n_diverged : int
     sections : dict of str to Section
-        What was found, by subject: tables with the meaning of their numbers.
+        The findings, by subject: tables with the meaning of their numbers.
     """
 
     fitness: NDArray[np.float64]
@@ -42,17 +42,17 @@ class Analysis:
         return f"Analysis of all {len(self.fitness)} designs (lengths in voxel widths{diverged})"
 
     def text(self) -> str:
-        """Return a screen of aligned text."""
+        """Return the analysis as aligned text for a screen."""
         shown = [section.text() for section in self.sections.values() if section.screen != 0]
         return "\n\n".join([self.title, *shown])
 
     def markdown(self) -> str:
-        """Return the same with more rows, and with what they mean, as a Markdown document."""
+        """Return the analysis with more rows and explanations, as a Markdown document."""
         shown = [section.markdown() for section in self.sections.values() if section.document != 0]
         return "\n".join([f"# {self.title}\n", *shown])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all but what has a row per design, optimum or class, ready for JSON."""
+        """Return everything except the tables per design, optimum and class, ready for JSON."""
         return {
             "n_designs": len(self.fitness),
             "n_diverged": self.n_diverged,
@@ -60,7 +60,7 @@ class Analysis:
         }
 
     def tables(self) -> dict[str, str]:
-        """Return what has a row per optimum, class or design as CSV, by file name."""
+        """Return the tables per optimum, class and design as CSV, by file name."""
         return {s.file: s.csv() for s in self.sections.values() if s.file}
 
 
@@ -78,7 +78,7 @@ def analyse(fitness: ArrayLike) -> Analysis:
     Raises
     ------
     TypeError, ValueError
-        For another shape, an infinite value, or values that are not real numbers.
+        If the shape is another, a value is infinite, or values are not real numbers.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def analyse(fitness: ArrayLike) -> Analysis:
 
 
 def kinds(fitness: NDArray[np.float64]) -> Section:
-    """Return the fitness of all designs, and of those of each kind; fitness of shape (6561,)."""
+    """Return statistics of the fitness, shape (6561,), of all designs and of each kind."""
     is_empty, is_connected = bodies().n_voxels == 0, bodies().is_connected
     kinds = {
         "all designs": np.full(N_DESIGNS, True),

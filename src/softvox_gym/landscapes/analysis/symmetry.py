@@ -1,4 +1,4 @@
-"""Designs that are the same robot seen from another heading, and how equally they travel."""
+"""Symmetry classes: designs that are one robot seen from other headings, and their spread."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softvox_gym.landscapes.analysis.graph import N_SITES, all_digits, read_only
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import LATTICE, bodies
 
-#: Voxel widths. Differences of fitness between turned and mirrored robots are counted above these.
+#: Voxel widths; differences between turned and mirrored robots above these are counted.
 SPREADS = (0.001, 0.01, 0.1, 1.0)
 
 #: The symmetries of a square in the order of `symmetries`; turns are seen from above.
@@ -33,7 +33,7 @@ _ABOVE = tuple(Column(f"above_{limit:g}", f"> {limit:g}") for limit in SPREADS)
 
 @lru_cache(maxsize=2)
 def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
-    """Return for every design the one that stands for its symmetry class, shape (6561,).
+    """Return for every design the representative of its symmetry class, shape (6561,).
 
     A class holds the designs that a quarter turn about the vertical (the group C4), or a turn or a
     mirror in a vertical plane (C4 with reflections, the eight symmetries of a square), makes of one
@@ -46,10 +46,10 @@ def symmetry_classes(*, reflections: bool = True) -> NDArray[np.int64]:
 
     Notes
     -----
-    The smallest number in the class stands for it, as `Design.canonical` has it. Read-only.
+    The smallest number in the class represents it, as in `Design.canonical`. Read-only.
 
-    There are 1665 classes without reflections and 1035 with them, as Burnside's lemma says: a
-    symmetry that moves the eight sites in c cycles leaves 3^c designs as they are, so there are
+    There are 1665 classes without reflections and 1035 with them, by Burnside's lemma: a symmetry
+    that moves the eight sites in c cycles leaves 3^c designs unchanged. So the numbers are
     (3^8 + 2 * 3^2 + 3^4) / 4, and (3^8 + 2 * 3^2 + 3^4 + 2 * 3^4 + 2 * 3^6) / 8.
 
     Source: W. Burnside, Theory of Groups of Finite Order, 2nd ed., 1911, section 145.
@@ -83,10 +83,10 @@ def members(representative: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 
 
 def symmetry(fitness: NDArray[np.float64]) -> Section:
-    """Return how alike the members of each symmetry class travel.
+    """Return how equally the members of each symmetry class travel.
 
-    Gravity, floor and voxels look the same from every heading; the engine's beams do not quite,
-    so that members differ where the difference is amplified, as when a robot falls over.
+    Gravity, floor and voxels are the same for every heading; the engine's beams are not quite. So
+    members differ if the difference is amplified, as when a robot falls over.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ SUBCOMMANDS = (add, database, compare, next)
 
 DESCRIPTION = """\
 Keep runs of robots, real or simulated, in a folder of small text files, one per
-trial, each named by the digest of its content, so that folders can be merged
+trial. Each file is named by the digest of its content, so folders can be merged
 and kept under version control (docs/trials-database.md).
 """
 
@@ -26,10 +26,10 @@ def add_parser(commands: Any) -> None:
     """Add the command with its subcommands."""
     parser = commands.add_parser(
         "trials",
-        help="keep runs of real robots, and hold them against the simulator",
+        help="keep runs of real robots, and compare them with the simulator",
         description=DESCRIPTION,
         usage="softvox trials SUBCOMMAND [options]",
-        epilog="softvox trials SUBCOMMAND --help tells all about a subcommand.",
+        epilog="softvox trials SUBCOMMAND --help describes a subcommand and its options.",
     )
     parser.set_defaults(run=partial(_help, parser), parser=parser)
     subcommands = parser.add_subparsers(

@@ -21,15 +21,15 @@ from softvox_gym.trials.trial import LICENSES
 from softvox_view.cli.trials.database import table_of
 
 DESCRIPTION = """\
-Read tracks of robots from files, and keep each as a trial. Three kinds of file
-are known by what is in them (docs/trials.md):
-  csv          t_s or cycle, and x_cm,y_cm or x_px,y_px; design and trial, which
-               is the repetition, where one file holds several
+Read tracks of robots from files, and keep each as a trial. Three kinds of files
+are recognised by their content (docs/trials.md):
+  csv          columns t_s or cycle, and x_cm,y_cm or x_px,y_px; also design and
+               trial (the repetition) if the file has several tracks
   tracker      Tracker's File > Export > Data File, with t, x and y
   deeplabcut   DeepLabCut's CSV of an analysed video; needs --fps
 
-Nothing is written unless everything is good. The same command once more
-completes what was interrupted.
+Everything is checked before anything is written. After an interruption, the
+same command adds what is missing.
 """
 
 EXAMPLE = """\
@@ -44,30 +44,30 @@ example:
 RUN = (
     ("--surface", "TEXT", str, "what the robot stood on"),
     ("--who", "TEXT", str, "who ran it"),
-    ("--date", "DATE", str, "of the run, as 2026-11-27; not of a simulated one"),
-    ("--robot", "TEXT", str, "which one, where several of a design were built"),
+    ("--date", "DATE", str, "date of the run, as 2026-11-27; required unless simulated"),
+    ("--robot", "TEXT", str, "which robot, if several of a design were built"),
     ("--powder", "TEXT", str, "what lay on the surface"),
-    ("--pressure-kpa", "X", number, "of the pump"),
-    ("--frequency-hz", "X", number, "of actuation; needed where a file counts seconds or frames"),
-    ("--cycles", "X", number, "of actuation (default: those of the track)"),
+    ("--pressure-kpa", "X", number, "pressure of the pump"),
+    ("--frequency-hz", "X", number, "frequency of actuation; required with seconds or frames"),
+    ("--cycles", "X", number, "cycles of actuation in the run (default: those of the track)"),
     ("--voxel-cm", "X", number, f"edge of a voxel at rest (default: {VOXEL_CM:g}, simulated: 1)"),
     ("--camera", "TEXT", str, "the camera, and where it stood"),
     ("--notes", "TEXT", str, "anything else"),
-    ("--reality", "NAME", str, "of tracks that are simulated: the world they are from"),
+    ("--reality", "NAME", str, "the reality in which the tracks were simulated"),
 )
 FILM = (
-    ("--scale", "L", str, "CM/PIXELS, a reference length as 10/437; Tracker: also cm, mm, m"),
+    ("--scale", "L", str, "reference length as CM/PIXELS, 10/437; for Tracker also cm, mm, m"),
     (
         "--x-axis-deg",
         "DEG",
         number,
-        "where the robot's +x axis points at the start, counter-clockwise "
+        "direction of the robot's +x axis at the start, counter-clockwise "
         "from the picture's right (default: 0)",
     ),
-    ("--start-s", "S", number, "when the pump starts (default: on the first line)"),
-    ("--fps", "X", number, "frames per second, of DeepLabCut's files"),
-    ("--point", "NAME", str, "the body part, or Tracker's track, where there are several"),
-    ("--likelihood", "X", number, "DeepLabCut's points below are left out (default: 0.9)"),
+    ("--start-s", "S", number, "time at which the pump starts (default: that of the first line)"),
+    ("--fps", "X", number, "frames per second, for DeepLabCut's files"),
+    ("--point", "NAME", str, "body part, or track of Tracker, if the file has several"),
+    ("--likelihood", "X", number, "leave out DeepLabCut's points below X (default: 0.9)"),
 )
 
 
@@ -81,27 +81,30 @@ def add_parser(commands: Any) -> None:
         usage="softvox trials add FILE ... --surface TEXT --who TEXT --date DATE\n"
         "                          --license NAME [options]",
     )
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE")
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="files of tracks")
     add_into(parser)
     group = parser.add_argument_group("the run")
-    group.add_argument("--design", metavar="N", help="a number, digits or a file")
+    group.add_argument("--design", metavar="N", help="the design: a number, digits or a file")
     add_shape(group)
     group.add_argument(
         "--repetition",
         type=whole_number,
         metavar="N",
-        help="of the first file's track; further ones are numbered on (default: 1)",
+        help="number of the first track; further ones are numbered onwards (default: 1)",
     )
-    group.add_argument("--license", required=True, choices=LICENSES, help="of the data")
+    group.add_argument("--license", required=True, choices=LICENSES, help="licence of the data")
     for name, holds, kind, text in RUN:
         is_needed = name in ("--surface", "--who")
         group.add_argument(name, type=kind, metavar=holds, required=is_needed, help=text)
     group = parser.add_argument_group("the film")
     group.add_argument(
-        "--picture", type=_size, metavar="WxH", help="pixels, which no point may leave"
+        "--picture",
+        type=_size,
+        metavar="WxH",
+        help="size in pixels; points outside it are errors",
     )
     group.add_argument(
-        "--y", choices=("up", "down"), help="where y grows (default: down in pixels, else up)"
+        "--y", choices=("up", "down"), help="direction of y (default: down in pixels, else up)"
     )
     for name, holds, kind, text in FILM:
         group.add_argument(name, type=kind, metavar=holds, help=text)

@@ -22,14 +22,15 @@ from softvox_view.cli.options import import_figures, write_figures
 TABLE, PAGE = "comparison.csv", "compare.html"
 
 DESCRIPTION = f"""\
-Hold the trials of every design against how the simulator moves it, those under
-one condition (source, surface, powder, pressure, frequency) together, and
-against each other: repeatability is the yardstick of every error.
+Compare the trials of every design with its simulation, and with each other:
+every error is shown next to the repeatability, the difference between two
+trials. Each condition (source, reality, surface, powder, pressure, frequency)
+has its own table.
 
 Real and simulated robots are compared after as many cycles as the shortest
-trial of the condition has; with --cycles 23 after 23 of both; with --cycles
-90:23 after 90 real and 23 simulated ones, as the paper did. Shorter trials are
-left out then.
+trial of the condition has; with --cycles 23, after 23 cycles; with --cycles
+90:23, after 90 real and 23 simulated ones, as in the paper. With --cycles,
+shorter trials are left out.
 
 {fill(MEANING, 79)}
 """
@@ -39,13 +40,15 @@ def add_parser(commands: Any) -> None:
     """Add the subcommand."""
     parser = commands.add_parser(
         "compare",
-        help="hold trials against the simulator, and against each other",
+        help="compare trials with the simulator, and with each other",
         description=DESCRIPTION,
         usage="softvox trials compare [DIR ...] [--cycles C] [--out DIR] [options]",
     )
     add_folders(parser)
     add_cycles(parser)
-    parser.add_argument("--reality", metavar="NAME", help="against one of softvox reality --list")
+    parser.add_argument(
+        "--reality", metavar="NAME", help="simulate in this reality of softvox reality --list"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON, with all numbers")
     parser.add_argument(
         "--out",
@@ -53,7 +56,7 @@ def add_parser(commands: Any) -> None:
         metavar="DIR",
         help=f"also write {PAGE}, its figures as PNG and PDF, and {TABLE} into this folder",
     )
-    parser.add_argument("--force", action="store_true", help="replace earlier ones in DIR")
+    parser.add_argument("--force", action="store_true", help="replace earlier files in DIR")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     add_threads(parser)
     add_filters(parser)
@@ -108,12 +111,14 @@ def as_dict(made: Comparison) -> dict[str, Any]:
 def _world(args: Namespace) -> Reality:
     """Return the simulator that the options ask for."""
     if args.duration is not None:
-        raise BadInputError("--duration is that of the trials; leave it out, and give --cycles")
+        raise BadInputError(
+            "--duration follows from the cycles of the trials; leave it out, and give --cycles"
+        )
     physics = physics_of(args)
     if args.reality is None:
         return Reality(named(physics, args.physics), physics)
     if physics != Physics.published():
-        raise BadInputError("--reality and the physics both say what is simulated; give one")
+        raise BadInputError("give either --reality or physics options, not both")
     with bad_input("--reality:"):
         return reality(args.reality)
 

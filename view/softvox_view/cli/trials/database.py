@@ -29,27 +29,27 @@ from softvox_gym.trials.export import as_json_lines, as_parquet
 from softvox_gym.trials.trial import Trial
 
 CHECK = """\
-Say all that is wrong in folders of trials, and between them, a line for each
-fault (docs/trials-database.md). A warning is what may be right. The exit status
-is 1 where there is a fault.
+List all faults in folders of trials, and between the folders, a line for each
+(docs/trials-database.md). A warning is a line about something that may be
+right. If there is a fault, the exit status is 1.
 """
 
 MERGE = """\
-Copy the trials of some folders into another. Where two of them describe the
-same run differently, both files are named and nothing is written. What is
-interrupted is completed by the same command.
+Copy the trials of some folders into another. If two trials describe the same
+run differently, both files are named and nothing is written. After an
+interruption, the same command copies what is missing.
 """
 
 LIST = """\
-List trials: source is measured, or the reality in which it was simulated;
-distance is in voxel widths, heading in degrees from +x towards +y. --json has
-all that the files say, but for the tracks.
+List trials. source is "measured", or the reality in which the trial was
+simulated; distance is in voxel widths, heading in degrees from +x towards +y.
+--json prints everything in the files but the tracks.
 """
 
 EXPORT = """\
-Write trials into one file for other tools, the same bytes for the same trials:
-JSON Lines (.jsonl), an object per trial, or Parquet (.parquet, needs pyarrow),
-a row per trial, with its track as lists.
+Write trials into one file for other tools: JSON Lines (.jsonl), with an object
+per trial, or Parquet (.parquet, needs pyarrow), with a row per trial and its
+track as lists. The same trials give the same bytes.
 """
 
 #: By the ending of the file.
@@ -63,7 +63,7 @@ def add_parser(commands: Any) -> None:
     """Add the subcommands."""
     parser = commands.add_parser(
         "check",
-        help="say all that is wrong in a folder",
+        help="list all faults in folders of trials",
         description=CHECK,
         usage="softvox trials check [DIR ...] [--shipped]",
     )
@@ -99,9 +99,13 @@ def add_parser(commands: Any) -> None:
     )
     add_folders(parser)
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="FILE", help=f"ends in {' or '.join(FORMS)}"
+        "--out",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help=f"file to write; must end in {' or '.join(FORMS)}",
     )
-    parser.add_argument("--force", action="store_true", help="replace an earlier one")
+    parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     add_filters(parser)
     parser.set_defaults(run=run_export, parser=parser)
 
@@ -142,7 +146,7 @@ def run_list(args: Namespace) -> int:
 def run_export(args: Namespace) -> int:
     """Write the file."""
     if args.out.suffix not in FORMS:
-        raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}; name it so")
+        raise BadInputError(f"--out {args.out} must end in {' or '.join(FORMS)}")
     with bad_input("--out"):
         check_file(args.out, force=args.force)
     trials = read_chosen(args)

@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from softvox_search.transfer.next import Proposal
 
 DESCRIPTION = """\
-Propose robots to build and test next, by what was measured: where the models
-that fit it disagree (--method eea), or where most is expected (--method ite).
-The first choice comes first, and every other one as if those before it had
-shown what is expected of them. None was measured, turned and mirrored ones
-included, and the kit can build them all. In an empty folder nothing was
-measured, and the simulator or the method's own models choose.
+Propose robots to build and test next, based on trials: designs on which the
+models that fit the trials disagree (--method eea), or those with the highest
+expected reward (--method ite). The best choice comes first; each further one is
+chosen as if the results of those before it were as expected. Designs that were
+measured, even turned or mirrored, and designs that the kit can't build are left
+out. With an empty folder, the simulator or the method's own models choose.
 
-The trials have to be of one world, with one surface, powder, pressure and
-frequency; options choose among them. The simulator that they are held against
-is that of the physics options, over as many cycles as the shortest run has.
+The trials must be of one world, with one surface, powder, pressure and
+frequency; options select them. They are compared with the simulator of the
+physics options, after as many cycles as the shortest run has.
 
-eea simulates 40 models of all designs when it is first asked, which takes some
-minutes, and keeps them; --option size=8 has fewer. softvox transfer --list has
-the options of the methods.
+eea simulates all designs under 40 models on first use, which takes some
+minutes, and keeps the results; --option size=8 uses fewer models. softvox
+transfer --list shows the options of the methods.
 """
 
 
@@ -58,14 +58,14 @@ def add_parser(commands: Any) -> None:
         "--method",
         choices=("eea", "ite"),
         default="eea",
-        help="eea, by disagreement, or ite, by expected gain (default: %(default)s)",
+        help="eea (disagreement) or ite (expected reward) (default: %(default)s)",
     )
     parser.add_argument(
         "--budget",
         type=whole_number,
         default=5,
         metavar="N",
-        help="robots, at most 100 (default: %(default)s)",
+        help="number of robots, at most 100 (default: %(default)s)",
     )
     add_method_options(parser, task="displacement", heading="0")
     add_cycles(parser)
@@ -74,7 +74,7 @@ def add_parser(commands: Any) -> None:
         "--out",
         type=Path,
         metavar="FILE",
-        help="draw the sheets to build them from, as softvox build does",
+        help="draw sheets to build the robots from, as softvox build does",
     )
     parser.add_argument("--force", action="store_true", help="replace FILE where it exists")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -89,7 +89,7 @@ def run(args: Namespace) -> int:
     from softvox_search.transfer.registry import REGISTRY
 
     if args.duration is not None:
-        raise BadInputError("--duration is said by --cycles; leave it out")
+        raise BadInputError("--duration follows from the cycles; leave it out, and give --cycles")
     with bad_input("--task:" if args.heading is None else "--heading:"):
         task = Task(args.task, args.heading)
     if args.out:
@@ -162,7 +162,7 @@ def _text(facts: dict[str, Any], table: Section) -> str:
     designs = " ".join(str(row[0]) for row in table.rows)
     lines = [
         f"{facts['method']}, {facts['task']}{along}; {facts['about']}",
-        f"held against {facts['cycles_simulated']:g} simulated cycles",
+        f"compared after {facts['cycles_simulated']:g} simulated cycles",
         "",
     ]
     if not designs:

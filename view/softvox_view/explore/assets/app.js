@@ -38,7 +38,7 @@ const given = JSON.parse(find("data").textContent);
 const { known, version, results } = given;
 if (!globalThis.DecompressionStream) {
   find("message").textContent =
-    "This browser can't unpack what the page holds (no DecompressionStream); take one of 2023 or later.";
+    "This browser can't unpack the page's data (no DecompressionStream); use one from 2023 or later.";
 }
 const packedTables = Object.entries(given.tables).map(async ([name, text]) => {
   const type = { cells: Uint16Array, classes: Uint16Array, is_connected: Uint8Array }[name] ?? Float64Array;

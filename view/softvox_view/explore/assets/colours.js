@@ -37,7 +37,7 @@ function amounts(shown, unit, by, top) {
   const colourOf = (value) => sample(cividis, share(value));
   const colour = (i) => (shown[i] === null ? null : colourOf(shown[i]));
   const scale = (at) => colourOf(at * high);
-  const words = isRanked ? `${unit}; each colour as many designs` : unit;
+  const words = isRanked ? `${unit}; equally many designs per colour` : unit;
   return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit: words, shown, range: [0, high] };
 }
 
@@ -74,8 +74,8 @@ function differences(now, before, top) {
   const scale = (share) => sample(puOr, share);
   const colour = (i) => (now[i] === null ? null : scale(0.5 + shown[i] / (2 * (most || 1))));
   const [low, high, unit] = most
-    ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now less published, voxel widths"]
-    : ["", "", "no difference: the physics is as published"];
+    ? [`−${most.toFixed(2)}`, `+${most.toFixed(2)}`, "fitness now minus published, voxel widths"]
+    : ["", "", "no difference: this is the published physics"];
   return { colour, scale, grid: DARK, low, high, unit, shown, range: [-most, most] };
 }
 

@@ -9,8 +9,8 @@ import { Refused } from "./physics.js";
 export const NO_SCALE = { by: "value", lock: "", outline: "" };
 
 const GROUPS = { fitness: "fitness", noise: "fitness", difference: "difference" }; // maps of one scale
-const RANKED = ["fitness", "noise"]; // a difference by rank would hide where there is none
-const EXPLAINED = "Bars: how many designs, on a log scale.";
+const RANKED = ["fitness", "noise"]; // ranking differences would hide where there is none
+const EXPLAINED = "Bars: number of designs, on a log scale.";
 const BINS = 64;
 const SECTORS = 36;
 const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):(?![0.]+$)\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
@@ -64,7 +64,7 @@ export class Legend {
   }
 
   #note({ shown, range }, group, isLocked, isDraft) {
-    if (!group) return "Arrows: where each square travels on average. In the ring: how many head there.";
+    if (!group) return "Arrows: mean travel of each square. Ring: how many designs head each way.";
     if (isLocked) {
       const beyond = shown.filter((value) => Math.abs(value) > range[1]).length;
       return `The scale is locked${beyond ? `; ${beyond} designs are beyond it` : ""}.`;

@@ -29,7 +29,7 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
     `fitness ${number(fitness[design])}`,
     ...travels,
     `published ${number(atlas.fitness[design])}`,
-    `that under noise ${number(atlas.noise[design])}`,
+    `under noise ${number(atlas.noise[design])}`,
   ].join(", ");
 }
 

@@ -123,7 +123,7 @@ export class Paths {
     }
     if (!folder) return search(searcher, numbers, this.#fitness);
     const run = there[searcher][numbers.seed];
-    if (!run) throw new Refused(`seed ${numbers.seed} was not recorded: ${Object.keys(there[searcher]).length} were`);
+    if (!run) throw new Refused(`seed ${numbers.seed} was not recorded: there are ${Object.keys(there[searcher]).length} seeds`);
     const [designs, fitness] = await Promise.all([run.designs, run.fitness].map(unpacked));
     return {
       ...run,
@@ -138,7 +138,7 @@ export class Paths {
     find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
     find("search").textContent = folder ? "Show" : "Search";
     find("path-source").textContent = folder
-      ? "Recorded; the budget is how many evaluations are shown."
+      ? "A recorded run; the budget is the number of evaluations shown."
       : "A live run, on the published landscape.";
   }
 

@@ -51,13 +51,13 @@ export class Trials {
   /** Return the runs of a design, [{points}]; one that was not tried is refused. */
   runsOf(design, name) {
     const chosen = this.chosen(this.check(name));
-    if (!chosen) throw new Refused("no trials are shown, so nothing can be said of them");
+    if (!chosen) throw new Refused("no trials are shown, so there is no data on them");
     const { source, designs } = chosen;
     if (designs[design]) return designs[design];
     const tried = Object.keys(designs);
     const more = tried.length > NAMED ? ` and ${tried.length - NAMED} more` : "";
     throw new Refused(
-      `Nobody ${source} design ${design} in “${chosen.name}”, so nothing can be said of it there; ` +
+      `Nobody ${source} design ${design} in “${chosen.name}”, so there is no data on it there; ` +
       `${source} were ${tried.slice(0, NAMED).join(", ")}${more}.`,
     );
   }
@@ -151,7 +151,7 @@ export function compared(simulated, runs, source, isWhole) {
 function viewOf({ design, simulated }, runs, source, isWhole) {
   const columns = compared(simulated, runs, source, isWhole);
   const count = `${runs.length > 1 ? "the mean of " : ""}${counted(runs.length, "trial")}`;
-  const words = `Design ${design} from above, beside ${count}, ${source}`;
+  const words = `Design ${design} from above, with ${count}, ${source}`;
   const caption = element("figcaption", { text: `${words}. Circles: where they are compared; lengths in voxel widths.` });
   return element("figure", {}, drawing(words, simulated, runs, columns), caption, tableOf(columns));
 }

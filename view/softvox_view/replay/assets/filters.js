@@ -18,7 +18,7 @@ export class Filters {
     const pair = (name) => `<label>${name} <input type="number" data-of="${name}" data-end="low"
       aria-label="${name} from"> to <input type="number" data-of="${name}" data-end="high" aria-label="${name} to"></label>`;
     element.innerHTML = `${Object.keys(LIMITS_OF).map(pair).join("")}<output></output>
-      <span>Each stands for all that a turn or a mirror makes of it, and repeats its last cycle.</span>`;
+      <span>Each robot represents its symmetry class, and repeats its last cycle.</span>`;
     element.addEventListener("input", () => this.#apply(), { signal });
   }
 

@@ -5,7 +5,7 @@ const ORBIT_PER_KEY = 5; // degrees
 const ZOOM_PER_KEY = 1.1;
 
 export const HELP = `drag or arrow keys: orbit; wheel, pinch, + and -: zoom; space: play or pause;
-, and .: one frame back or on; F: follow; Home: the view at the start`;
+, and .: one frame back or forward; F: follow; Home: the initial view`;
 
 const KEYS = {
   ArrowLeft: (player) => player.turn(-ORBIT_PER_KEY, 0),

@@ -26,13 +26,13 @@ const BESIDE_NAME = 20; // CSS pixels; where the long name has no room, the shor
 const DEEP = 0.02; // voxel widths under the floor that the eye sees
 const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
 
-const NO_WEBGL = `This browser shows no WebGL 2, which the moving robots need; here is a still picture.
-Switch on hardware acceleration in its settings, or take another browser.`;
-const LOST = `The browser took the graphics away, as it does where many moving pictures are open; here
-is a still one. Close some, or reload the page.`;
+const NO_WEBGL = `This browser has no WebGL 2, which the moving robots need, so this is a still picture.
+Turn on hardware acceleration in its settings, or use another browser.`;
+const LOST = `The browser took the graphics away, as it does if many animations are open, so this is
+a still picture. Close some, or reload the page.`;
 
-const NO_FILM = "This browser can't record films: it has no MediaRecorder for what a page draws.";
-const NO_FULL_SCREEN = "This browser, or the page around this one, allows no full screen.";
+const NO_FILM = "This browser can't record films: it has no MediaRecorder for a canvas.";
+const NO_FULL_SCREEN = "This browser, or the page around this one, does not allow full screen.";
 
 const CONTROLS = `
   <div class="softvox-stage">
@@ -47,7 +47,7 @@ const CONTROLS = `
     <span class="clock"></span>
     <label>speed <select class="speed"></select></label>
     <label><input type="checkbox" class="follow"> follow</label>
-    <label title="each voxel as the cube that it is in the model; else neighbours share corners">
+    <label title="draw each voxel as the cube that it is in the model; otherwise neighbours share corners">
       <input type="checkbox" class="boxes"> boxes</label>
     <button type="button" class="reset">reset view</button>
     <button type="button" class="full">full screen</button>
@@ -462,6 +462,6 @@ export class SoftvoxPlayer {
     this.#find(".softvox-sunk").hidden = sunk < DEEP;
     this.#find(".softvox-sunk p").textContent = `A corner is up to ${sunk.toFixed(2)} voxel widths
       under the floor. In the model a voxel touches the ground half an edge below its centre, however
-      it is tilted, and ground gives way a little: the floor hides what is below.`;
+      it is tilted, and the ground gives way a little; the floor hides what is below.`;
   }
 }

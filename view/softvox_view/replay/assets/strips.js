@@ -5,8 +5,11 @@ const MOST_CYCLES = 60; // with more, their lines would be a grey area
 
 const STRIPS = {
   distance: { of: (body, frame) => body.gone(frame), least: [0, 0.1], word: "distance, voxel widths" },
-  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, of that at rest" },
+  volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, relative to rest" },
 };
+
+/** Where a robot explodes, its volume is beyond all numbers. */
+const told = (value) => (Number.isFinite(value) ? value.toFixed(2) : "–");
 
 /** The colour of a robot's line, in a recording of so many. */
 export function colourOf(i, count) {
@@ -46,11 +49,13 @@ export class Strips {
     );
     this.#element.querySelectorAll("svg").forEach((svg, k) => {
       const { least, word } = Object.values(STRIPS)[k];
-      const all = [...least, ...this.#curves[k].flat()];
+      const all = [...least, ...this.#curves[k].flat()].filter(Number.isFinite);
       const [low, high] = [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
       const up = (value) => 4 + (STRIP_HEIGHT - 8) * (1 - (value - low) / (high - low));
       const drawn = this.#curves[k].map((curve, i) => {
-        const points = curve.map((value, frame) => `${across(frame).toFixed(1)},${up(value).toFixed(1)}`);
+        const points = curve.flatMap((value, frame) =>
+          Number.isFinite(value) ? `${across(frame).toFixed(1)},${up(value).toFixed(1)}` : [],
+        );
         return `<polyline style="stroke: ${colourOf(i, bodies.length)}" points="${points.join(" ")}"/>`;
       });
       svg.innerHTML = `<path class="cycles" d="${lines}"/>${drawn.join("")}<path class="cursor"/>`;
@@ -63,7 +68,7 @@ export class Strips {
     this.#element.querySelectorAll("figure").forEach((figure, k) => {
       figure.querySelector(".cursor").setAttribute("d", `M${x} 0V${STRIP_HEIGHT}`);
       const curves = this.#curves[k];
-      const value = (curve, i) => `<b style="color: ${colourOf(i, curves.length)}">${curve[frame].toFixed(2)}</b>`;
+      const value = (curve, i) => `<b style="color: ${colourOf(i, curves.length)}">${told(curve[frame])}</b>`;
       const values = curves.slice(0, 4).map(value).join(" ");
       figure.querySelector("figcaption").innerHTML = `${Object.values(STRIPS)[k].word}: ${values}`;
     });
