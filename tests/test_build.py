@@ -251,5 +251,8 @@ def test_hours_and_fillings_go_by_the_mould():
         assert (made["cure_hours"], made["cure_hours_room"]) == (hours, room)
     with pytest.raises(ValueError, match="mould_voxels must be a whole number from 1, got 0"):
         bill(full, mould_voxels=0)
-    with pytest.raises(ValueError, match="copies must be a whole number from 1, got -1"):
-        bill(full, copies=-1)
+    for copies in (-1, 1.5):
+        with pytest.raises(ValueError, match=f"copies must be a whole number from 1, got {copies}"):
+            bill(full, copies=copies)
+    with pytest.raises(TypeError, match=r"plans must be what plan\(design\) returns, got a Design"):
+        bill([Design(6560)])

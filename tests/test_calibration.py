@@ -212,6 +212,12 @@ def test_a_grid_that_is_none_says_why(grid, message):
         calibrate([track(6453, 1, 0)], grid)
 
 
+@pytest.mark.parametrize("tracks", [TRUTH, [6453], None])
+def test_what_are_no_tracks_is_refused(tracks):
+    with pytest.raises(TypeError, match="tracks must be several RealTracks, as read_tracks or"):
+        calibrate(tracks, "shear")
+
+
 def test_tracks_that_no_heading_can_be_told_of_are_refused():
     with pytest.raises(ValueError, match="no tracks"):
         calibrate([], "shear")

@@ -1,4 +1,5 @@
 import csv
+import errno
 import json
 import os
 import pty
@@ -72,10 +73,21 @@ def test_of_other_packages_commands_only_the_one_that_is_asked_for_is_loaded(fir
     assert list(commands.choices) == [*own, *loaded]
 
 
-def test_help_fits_80_columns():
-    for command in ([], ["landscape"], ["robustness"], ["simulate"], ["verify"]):
-        lines = softvox(*command, "--help", COLUMNS="80").stdout.splitlines()
-        assert [line for line in lines if len(line) > 80] == []
+def parsers(parser):
+    """Yield a parser, and those of its commands and their subcommands."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action.choices, dict):
+            for command in action.choices.values():
+                yield from parsers(command)
+
+
+def test_the_help_of_every_command_fits_80_columns(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = {parser.prog: parser.format_help() for parser in parsers(cli._parser())}
+    assert {"softvox", "softvox verify", "softvox compare", "softvox trials add"} <= set(shown)
+    for text in shown.values():
+        assert [line for line in text.splitlines() if len(line) > 80] == []
 
 
 def test_the_landscape_table_reads_back_to_the_bits_that_were_simulated(short_landscape):
@@ -284,6 +296,17 @@ def test_output_that_cannot_be_written_is_one_line():
         )
     assert done.returncode == 2
     assert done.stderr == "softvox: error: cannot write the output: No space left on device\n"
+
+
+def test_input_that_cannot_be_read_is_named(monkeypatch, capsys):
+    def run(_):
+        raise PermissionError(errno.EACCES, "Permission denied", "theirs/manifest.json")
+
+    monkeypatch.setattr(cli.verify, "run", run)
+    monkeypatch.setattr("softvox_gym.cli._drop_output", lambda: None)
+    assert cli.main(["verify"]) == 2
+    error = "softvox: error: theirs/manifest.json: Permission denied\n"
+    assert capsys.readouterr() == ("", error)
 
 
 @pytest.mark.parametrize("quiet", [False, True])

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from softvox_gym import raster
 from softvox_gym.rendering import GHOST, TRAIL, Pose, Stage, Walk, fitting_distance, png, render
 
 
@@ -368,3 +369,17 @@ def test_a_png_holds_the_picture():
     image = pytest.importorskip("PIL.Image")
     picture = np.random.default_rng(0).integers(0, 256, (5, 7, 3), dtype=np.uint8)
     np.testing.assert_array_equal(np.asarray(image.open(io.BytesIO(png(picture)))), picture)
+
+
+def test_from_within_a_voxel_the_shadow_is_not_blurred_over_many_pictures(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sizes, blur = [], raster._box_blur
+
+    def counted(image: raster.Array, radius: int, axis: int) -> raster.Array:
+        sizes.append(image.size)
+        return blur(image, radius, axis)
+
+    monkeypatch.setattr(raster, "_box_blur", counted)
+    assert render(pose_of("00021222"), width=40, height=30, distance=0.01).shape == (30, 40, 3)
+    assert max(sizes) < 100_000

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import random
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import cycle, zip_longest
@@ -19,12 +20,12 @@ from softvox_gym import TABLE_ENV_ID, Lattice
 from softvox_gym.simulation import check_count
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search.function import FunctionSearcher, is_function
-from softvox_search.global_random import global_states, set_global_states
+from softvox_search.global_random import global_states, global_states_kept
 from softvox_search.oracle import Budget, MakeEnv, Oracle, checked
-from softvox_search.protocol import Searcher
+from softvox_search.protocol import Searcher, naming
+from softvox_search.registry import REGISTRY
 from softvox_search.registry import make as make_by_name
-from softvox_search.registry import require_methods
-from softvox_search.run import name_of, naming, recommended, run
+from softvox_search.run import name_of, recommended, run
 
 #: Numbers of designs to ask for, in turn: the searcher's own batch, and parts of one.
 SIZES = (None, 3, None, 1)
@@ -87,16 +88,13 @@ def check(
             f"another callable (space, rng) -> Searcher, got {make!r}"
         )
     subject = _Subject(make, make_env, evaluations, seed)
-    states = global_states()
-    try:
+    with global_states_kept():
         for rule in (_has_the_methods, _is_deterministic, _is_undisturbed, _keeps_budgets):
             try:
                 rule(subject)
             except Exception as error:
                 error.add_note(f"The rule under test: {(rule.__doc__ or '').splitlines()[0]}")
                 raise
-    finally:
-        set_global_states(states)
 
 
 @dataclass(frozen=True)
@@ -148,7 +146,7 @@ class _Subject:
             yield oracle.log.columns()["design"]
             yield self.space.to_rows(design.array)
             return
-        with naming(self.name):
+        with naming(f"searcher {self.name}"):
             for size in cycle(SIZES):
                 if oracle.is_exhausted:
                     break
@@ -180,9 +178,23 @@ class _Subject:
             )
 
 
+@contextmanager
+def global_states_of(seed: int, require: Callable[[object, str], None]) -> Iterator[None]:
+    """Seed the global generators, and require that they are left so."""
+    random.seed(seed)
+    np.random.seed(seed)  # noqa: NPY002, it is meant
+    before = pickle.dumps(global_states())
+    yield
+    require(
+        pickle.dumps(global_states()) == before,
+        "drew from a global random generator (random or numpy.random), or seeded it; draw from the "
+        "generator that it is made with",
+    )
+
+
 def _has_the_methods(subject: _Subject) -> None:
     """Check for the three methods."""
-    require_methods(subject.name, subject.searcher())
+    REGISTRY.require_methods(subject.name, subject.searcher())
 
 
 def _is_deterministic(subject: _Subject) -> None:
@@ -190,15 +202,8 @@ def _is_deterministic(subject: _Subject) -> None:
     for make_env in (subject.make_env, subject.make_noisy):
         courses = []
         for seed in (1, 2):
-            random.seed(seed)
-            np.random.seed(seed)  # noqa: NPY002, it is meant
-            before = pickle.dumps(global_states())
-            courses.append(list(subject.course(make_env)))
-            subject.require(
-                pickle.dumps(global_states()) == before,
-                "drew from a global random generator (random or numpy.random), or seeded it; draw "
-                "from the generator that it is made with",
-            )
+            with global_states_of(seed, subject.require):
+                courses.append(list(subject.course(make_env)))
         made_twice = "made twice with the same generator, {}; it must draw from that alone"
         subject.require_same(courses[0], courses[1], made_twice)
     advised = subject.course(subject.make_noisy, advised=True)
@@ -208,10 +213,11 @@ def _is_deterministic(subject: _Subject) -> None:
 def _is_undisturbed(subject: _Subject) -> None:
     """Check that two searchers in turn do what each does alone; functions can't take turns."""
     alone = list(subject.course(subject.make_env))
-    in_turn = zip(subject.course(subject.make_env), subject.course(subject.make_env), strict=True)
+    pair = (subject.course(subject.make_env) for _ in range(2))
+    in_turn = list(zip_longest(*pair, fillvalue=np.zeros(0)))
     message = "is disturbed by another one that runs beside it, and {}; it must share nothing"
-    for step, pair in enumerate(in_turn):
-        subject.require_same([*alone[step : step + 1] * 2], pair, message)
+    for course in zip(*in_turn, strict=True):
+        subject.require_same(alone, course, message)
 
 
 def _keeps_budgets(subject: _Subject) -> None:
@@ -233,17 +239,6 @@ def _keeps_budgets(subject: _Subject) -> None:
             subject.require(
                 may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
                 f"ended after {oracle.evaluations} evaluations with {budget} not used up",
-            )
-            for limit in ("unique", "evaluations"):
-                most, used = getattr(budget, limit), getattr(oracle, limit)
-                subject.require(
-                    most is None or used <= most, f"used {used} of {most} {limit} with {budget}"
-                )
-            cached = oracle.log.columns()["cached"]
-            subject.require(
-                oracle.evaluations == len(cached) and oracle.unique == np.count_nonzero(~cached),
-                f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the "
-                "log says otherwise",
             )
 
 

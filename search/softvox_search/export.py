@@ -48,12 +48,14 @@ def ioh(results: Results, out: Path) -> list[str]:
     ]
     write_csv(out / written[0], list(rows[0]), rows)
     done = results.runs[results.runs["status"] == "ok"]
+    folders: set[str] = set()
     for (searcher, policy), runs in groups(done, "searcher", "policy"):
         algorithm = f"{searcher}, {policy}" if policy else str(searcher)
+        folder = _folder_name(algorithm, folders)
         for function, level in enumerate(levels, start=1):
             here = runs[runs["level"].isna() if level is None else runs["level"] == level]
             name = "SoftVox" if level is None else f"SoftVox_noise_{level:g}"
-            head = f"{_file_name(algorithm)}/IOHprofiler_f{function}_{name}.json"
+            head = f"{folder}/IOHprofiler_f{function}_{name}.json"
             scenarios, data = [], {}
             sites = here["shape"].map(lambda shape: Lattice.named(shape).sites)
             for (number,), own in sorted(groups(here.assign(sites=sites), "sites")):
@@ -72,7 +74,7 @@ def ioh(results: Results, out: Path) -> list[str]:
                 "attributes": ["evaluations", "raw_y"],
                 "scenarios": scenarios,
             }
-            files = {f"{Path(head).parent}/{path}": text for path, text in data.items()}
+            files = {f"{folder}/{path}": text for path, text in data.items()}
             for path, text in {**files, head: json.dumps(meta, indent=1) + "\n"}.items():
                 (out / path).parent.mkdir(parents=True, exist_ok=True)
                 write_file(out / path, text.encode(), force=True)
@@ -99,6 +101,11 @@ def _run(
     return "\n".join(["evaluations raw_y", *lines]) + "\n", facts
 
 
-def _file_name(text: str) -> str:
-    """Return a text as a valid folder name."""
-    return re.sub(r"[^\w.=+-]+", "_", text).strip("_.") or "_"
+def _folder_name(text: str, taken: set[str]) -> str:
+    """Return a text as a valid folder name that is not yet taken, and take it."""
+    made = name = re.sub(r"[^\w.=+-]+", "_", text).strip("_.") or "_"
+    number = 1
+    while made.lower() in taken:  # some file systems ignore case
+        made, number = f"{name}_{number}", number + 1
+    taken.add(made.lower())
+    return made

@@ -67,6 +67,8 @@ class FunctionSearcher(SearcherBase):
                 raise BudgetEnd
             return answer.values
 
+        if oracle.is_exhausted:  # the first look, from which on processor time counts
+            return None
         try:
             return self.function(evaluate, self.space, self.rng, **self._options)
         except BudgetEnd:
@@ -83,7 +85,8 @@ class FunctionSearcher(SearcherBase):
         except ValueError:  # ragged
             return designs
         is_row = row.shape == (self.space.sites,) and row.dtype.kind in "iu"
-        return row[np.newaxis] if is_row and ((row >= 0) & (row <= 2)).all() else designs
+        are_digits = is_row and ((row >= 0) & (row < self.space.states)).all()
+        return row[np.newaxis] if are_digits else designs
 
 
 def is_function(what: Any, arguments: int = 3) -> bool:

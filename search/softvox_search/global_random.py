@@ -59,10 +59,15 @@ def global_states() -> tuple[Any, Any]:
     return random.getstate(), np.random.get_state(legacy=False)  # noqa: NPY002, it is meant
 
 
-def set_global_states(states: tuple[Any, Any]) -> None:
-    """Set the states of the global generators of `random` and `numpy.random`."""
-    random.setstate(states[0])
-    np.random.set_state(states[1])  # noqa: NPY002, it is meant
+@contextmanager
+def global_states_kept() -> Iterator[None]:
+    """Put the states of the global generators back afterwards."""
+    of_python, of_numpy = global_states()
+    try:
+        yield
+    finally:
+        random.setstate(of_python)
+        np.random.set_state(of_numpy)  # noqa: NPY002, it is meant
 
 
 def library(name: str) -> Any:
@@ -73,9 +78,9 @@ def library(name: str) -> Any:
     ImportError
         If it is not installed; the message names what to install.
     """
-    states = global_states()
     try:
-        return import_module(name)
+        with global_states_kept():
+            return import_module(name)
     except ModuleNotFoundError as error:
         if not error.name or not f"{name}.".startswith(f"{error.name}."):
             raise
@@ -84,5 +89,3 @@ def library(name: str) -> Any:
         raise ImportError(
             f"{package} is not installed: pip install {package}", name=package
         ) from error
-    finally:
-        set_global_states(states)

@@ -11,7 +11,7 @@ import pandas as pd
 
 from softvox_gym import Design, evaluate
 from softvox_search.experiment.results import FOLDER, Results
-from softvox_search.experiment.schema import Problem
+from softvox_search.experiment.schema import Problem, shown
 from softvox_search.report.curves import first_at, groups, improvements
 from softvox_search.report.text import budget
 from softvox_search.report.truth import exact_fitness
@@ -23,7 +23,8 @@ _KEY = ["problem", "searcher", "policy", "budget"]
 def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
     """Return the table of all problems, best searchers first, and notes on it.
 
-    A run counts once, even if several folders have it.
+    A run counts once, even if several folders have it. If searchers or policies with one label have
+    other settings in another folder, the label says so.
 
     Returns
     -------
@@ -42,6 +43,7 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
     for results in folders:
         budgets = {label: budget(own) for label, own in results.budgets.items()}
         problems = {(p.physics, str(p.shape), p.level): p for p in results.problems}
+        settings = _settings(results)
         has_logs = (results.folder / FOLDER).is_dir()
         if not has_logs:
             notes.append(
@@ -52,10 +54,16 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
             level = None if np.isnan(row["level"]) else row["level"]
             problem = problems[row["physics"], row["shape"], level]
             names = (_title(problem), row["searcher"], row["policy"], budgets[row["searcher"]])
+            made = {f"{name} set": own[row[name]] for name, own in settings.items()}
             facts = _facts(results, row, problem, has_log=has_logs)
-            rows.append({**dict(zip(_KEY, names, strict=True)), "run": row["run"], **facts})
-    runs = pd.DataFrame(rows, columns=[*_KEY, "run", "value", "regret", "found", "cost"])
-    runs = runs.drop_duplicates([*_KEY, "run"])
+            rows.append({**dict(zip(_KEY, names, strict=True)), "run": row["run"], **made, **facts})
+    columns = [*_KEY, "run", "searcher set", "policy set", "value", "regret", "found", "cost"]
+    runs = pd.DataFrame(rows, columns=columns)
+    for name in ("searcher", "policy"):
+        several = runs.groupby(name)[f"{name} set"].transform("nunique") > 1
+        runs.loc[several, name] += " (" + runs[f"{name} set"] + ")"
+    # Of a run in several folders that tells most, which is where its log is.
+    runs = runs.sort_values("found", kind="stable").drop_duplicates([*_KEY, "run"]).sort_index()
     grouped = runs.groupby(_KEY, sort=False)
     table = grouped.agg(
         runs=("run", "size"),
@@ -85,6 +93,16 @@ def as_json(table: pd.DataFrame) -> str:
     """Return the table as JSON; null for unknown or infinite values."""
     known = table.astype(object).mask(table.isin([np.nan, np.inf]), None)
     return json.dumps(known.to_dict("records"), indent=2, allow_nan=False)
+
+
+def _settings(results: Results) -> dict[str, dict[str, str]]:
+    """Return, by label, how the searchers and the policies of results are set, in words."""
+    searchers = results.of_file.searcher_choices()
+    policies = {policy.name: vars(policy.policy) for policy in results.of_file.policies}
+    return {
+        "searcher": {one.label: shown({"name": one.name, **one.options}) for one in searchers},
+        "policy": {"": "", **{name: shown(own) for name, own in policies.items()}},
+    }
 
 
 def _facts(results: Results, row: Any, problem: Problem, *, has_log: bool) -> dict[str, float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Protocol, TypeAlias, TypedDict, runtime_checkable
 
 import numpy as np
@@ -33,6 +35,15 @@ class Info(TypedDict):
 
 class SearcherError(Exception):
     """A searcher broke the protocol; the message explains how."""
+
+
+@contextmanager
+def naming(who: str) -> Iterator[None]:
+    """Put who broke the protocol, "searcher ga", before what the error says of it."""
+    try:
+        yield
+    except SearcherError as error:
+        raise SearcherError(f"{who} {error}") from error
 
 
 @runtime_checkable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -58,13 +58,6 @@ SEARCHERS: Mapping[str, Entry] = {
 }
 
 
-#: By kind: its definition, and a base class that lacks only ask.
-BASES: Mapping[str, tuple[str, str]] = {
-    "searcher": ("softvox_search.Searcher", "softvox_search.SearcherBase"),
-    "method": ("softvox_search.transfer.TransferMethod", "softvox_search.transfer.Method"),
-}
-
-
 class Registry(NamedTuple):
     """The package's classes by name, and your own by import path."""
 
@@ -72,6 +65,8 @@ class Registry(NamedTuple):
     package: str  #: The package of the places.
     entries: Mapping[str, Entry]
     takes: int  #: Number of arguments that a class is made with.
+    protocol: str  #: What it must be.
+    base: str  #: A class that lacks only ask.
 
     @property
     def names(self) -> str:
@@ -140,8 +135,45 @@ class Registry(NamedTuple):
                     f"{self.kind} {name} has no option {option!r}; its options are: {known}"
                 )
 
+    def made(
+        self, name: str, what: Any, of_function: Callable[..., Any], /, *given: Any, **options: Any
+    ) -> Any:
+        """Return what a class of a name, or another callable, makes; or a function, as that.
 
-REGISTRY = Registry("searcher", f"{__package__}.searchers", SEARCHERS, takes=2)
+        Raises
+        ------
+        TypeError, ValueError
+            For a class that lacks a method, or what it refuses.
+        """
+        if is_function(what, self.takes + 1):
+            return of_function(what, *given, **options)
+        # What a class has by __getattr__ is seen only once it is made.
+        if inspect.isclass(what) and not hasattr(what, "__getattr__"):
+            self.require_methods(name, what)
+        fixed = self.entries[name].fixed if name in self.entries else {}
+        made = what(*given, **fixed, **options)
+        self.require_methods(name, made)
+        return made
+
+    def require_methods(self, name: str, made: Any) -> None:
+        """Raise TypeError for a class, or what was made of it, that lacks one of the methods."""
+        methods = ("ask", "tell", "recommend")
+        lacks = [what for what in methods if not callable(getattr(made, what, None))]
+        if lacks:
+            raise TypeError(
+                f"{self.kind} {name} lacks {', '.join(lacks)}; see {self.protocol}, or derive the "
+                f"class from {self.base}, which lacks only ask"
+            )
+
+
+REGISTRY = Registry(
+    kind="searcher",
+    package=f"{__package__}.searchers",
+    entries=SEARCHERS,
+    takes=2,
+    protocol="softvox_search.Searcher",
+    base="softvox_search.SearcherBase",
+)
 
 found, options_of = REGISTRY.found, REGISTRY.options_of
 
@@ -172,29 +204,10 @@ def make(
     ImportError
         If a library that the searcher needs is not installed.
     """
-    kind, space = found(name), space or Lattice()
-    if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
-        require_methods(name, kind)
+    kind = found(name)
     REGISTRY.check_options(name, options)
-    if is_function(kind):
-        return FunctionSearcher(kind, space, rng, **options)
-    fixed = SEARCHERS[name].fixed if name in SEARCHERS else {}
-    searcher: Searcher = kind(space, rng, **fixed, **options)
-    require_methods(name, searcher)
-    return searcher
-
-
-def require_methods(name: str, made: Any, *, kind: str = "searcher") -> None:
-    """Raise TypeError if a class or an object made from it lacks one of the three methods."""
-    lacks = [
-        what for what in ("ask", "tell", "recommend") if not callable(getattr(made, what, None))
-    ]
-    if lacks:
-        ours = BASES[kind]
-        raise TypeError(
-            f"{kind} {name} lacks {', '.join(lacks)}; see {ours[0]}, or derive the class from "
-            f"{ours[1]}, which lacks only ask"
-        )
+    made: Searcher = REGISTRY.made(name, kind, FunctionSearcher, space or Lattice(), rng, **options)
+    return made
 
 
 def _options(kind: Any, takes: int, fixed: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from softvox_gym import Design, Lattice
 from softvox_search.function import FunctionSearcher
 from softvox_search.log import identity
 from softvox_search.oracle import Oracle
-from softvox_search.protocol import Searcher, SearcherError
+from softvox_search.protocol import Searcher, SearcherError, naming
 
 
 def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Design:
@@ -38,7 +37,7 @@ def run(searcher: Searcher, oracle: Oracle, *, name: str | None = None) -> Desig
     SearcherError
         If the searcher breaks the protocol; the message names it.
     """
-    with naming(name or name_of(searcher)):
+    with naming(f"searcher {name or name_of(searcher)}"):
         advice: Any = None
         if isinstance(searcher, FunctionSearcher):
             advice = searcher.search(oracle)
@@ -57,15 +56,6 @@ def name_of(searcher: Searcher) -> str:
     """Return the name of a searcher: its class or function."""
     function = getattr(searcher, "function", None)
     return getattr(function, "__name__", type(searcher).__name__)
-
-
-@contextmanager
-def naming(name: str) -> Iterator[None]:
-    """Put a searcher's name in front of the message of an error."""
-    try:
-        yield
-    except SearcherError as error:
-        raise SearcherError(f"searcher {name} {error}") from error
 
 
 def recommended(design: Any, space: Lattice) -> Design:

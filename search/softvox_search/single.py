@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from softvox_gym import TABLE_ENV_ID, Design, Lattice, Physics, noisy_landscape
+from softvox_gym import ENV_ID, TABLE_ENV_ID, Design, Lattice, Physics, noisy_landscape
 from softvox_gym import evaluate as evaluate_designs
 from softvox_gym.cli.terminal import BadInputError
 from softvox_gym.landscapes.noisy import LEVELS
@@ -24,8 +24,6 @@ from softvox_search.protocol import SearcherError
 from softvox_search.registry import make
 from softvox_search.report.truth import exact_fitness
 from softvox_search.run import believed, run
-
-ENV_ID = "SoftVox-v0"
 
 
 class RaisedError(Exception):

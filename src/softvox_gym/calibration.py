@@ -346,7 +346,8 @@ def calibrate(
     Raises
     ------
     TypeError, ValueError
-        If the grid is invalid or too large, or no track has a heading.
+        If the grid is invalid or too large, the tracks are not `RealTrack` objects, or none has a
+        heading.
 
     Notes
     -----
@@ -368,6 +369,11 @@ def calibrate(
     axes = _axes(grid_of(grid) if isinstance(grid, str) else grid)
     if isinstance(tracks, MeasuredReality):
         tracks = tracks.against(base).tracks
+    if not isinstance(tracks, Sequence) or any(not isinstance(one, RealTrack) for one in tracks):
+        raise TypeError(
+            "tracks must be several RealTracks, as read_tracks or tracks_of returns them, or a "
+            f"reality that Reality.from_trials makes, got a {type(tracks).__name__}"
+        )
     if not tracks:
         raise ValueError("there are no tracks; give one at least")
     by_design: dict[int, list[RealTrack]] = {}

@@ -209,9 +209,10 @@ def cast_shadow(
     along_light[:, 2] = -light / light[2]
     along_light[2] = [0.0, 0.0, 0.0, 1.0]
     quads = _project(faces, _on_floor(camera) @ along_light)
+    _, height, width = picture.shape
+    blur = min(blur, max(height, width))  # from within a voxel it would be many pictures wide
     radii = (max(1, round(blur * foreshortening)), max(1, round(blur)))
     margin = 2 * max(radii)
-    _, height, width = picture.shape
     frame = _Tile(0, 0, width, height)
     lower, upper = quads.bounds()
     # What lies just outside the picture still blurs into it.

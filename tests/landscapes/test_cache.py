@@ -10,7 +10,8 @@ import pytest
 import softvox_gym
 from softvox_gym import Physics, landscape, simulate
 from softvox_gym.landscapes import table as tables
-from softvox_gym.landscapes.table import Table, cache_path
+from softvox_gym.landscapes.cache import cache_path
+from softvox_gym.landscapes.table import Table
 
 #: A cycle at a tenth of the gravity, so that all designs take a second; some diverge.
 BRIEF = {"preset": "published", "duration": 0.5, "gravity": -0.981}
@@ -117,7 +118,7 @@ def test_a_cache_that_can_not_be_written_is_done_without(counted, tmp_path, monk
 def test_the_name_depends_on_the_values_and_on_the_engines_bits(monkeypatch):
     names = {cache_path(Physics.of(physics)) for physics in ("exact", "published", BRIEF)}
     assert len(names) == 3
-    monkeypatch.setattr(tables, "engine_probe", lambda: "another engine")
+    monkeypatch.setattr("softvox_gym.landscapes.cache.engine_probe", lambda: "another engine")
     assert cache_path(Physics.exact()) not in names
 
 

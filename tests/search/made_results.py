@@ -96,6 +96,7 @@ def results(*runs, budgets=None, title="Made up", command="make it up"):
                 values=VALUES.get(physics, "published"),
                 shape=Lattice.named(shape),
                 level=level,
+                wrappers=(),
             )
             for physics, shape, level in problems
         ],

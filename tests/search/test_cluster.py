@@ -393,8 +393,8 @@ def test_an_address_without_a_scheduler_is_named(monkeypatch):
     [
         (["--scheduler", "tcp://a:b"], "must be local, slurm or an address as tcp"),
         (["--scheduler", "locl"], "must be local, slurm or an address as tcp://10.0.0.1:8786, got"),
-        (["--scheduler", "tcp://a:1", "--workers", "2"], "those of tcp://a:1 have theirs"),
-        (["--scheduler", "slurm", "--workers", "2"], "those of slurm have theirs"),
+        (["--scheduler", "tcp://a:1", "--workers", "2"], "leave it out with --scheduler tcp://a:1"),
+        (["--scheduler", "slurm", "--workers", "2"], "leave it out with --scheduler slurm"),
         (["--scheduler", "local", "--jobs", "2"], "--jobs needs --scheduler slurm"),
         (["--jobs", "2"], "--jobs needs --scheduler slurm"),
         (["--scheduler", "what://x:1"], "--scheduler what://x:1: "),

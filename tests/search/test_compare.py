@@ -284,6 +284,16 @@ def test_forced_it_throws_the_earlier_results_away(small, noisy, tmp_path):
     assert results(out) == {**results(small[1]), "notes.txt": b"mine"}
 
 
+def test_forced_into_a_folder_without_results_it_throws_nothing_away(small, tmp_path):
+    (tmp_path / "figures").mkdir()
+    own = [tmp_path / name for name in ("figures/own.png", "report.md", "notes.txt")]
+    for path in own:
+        path.write_text("mine")
+    run_here(small[0], tmp_path, force=True)
+    assert [path.read_text() for path in own] == ["mine"] * 3
+    assert len(read(tmp_path).runs) == 7
+
+
 def test_there_is_nothing_to_check_where_there_is_no_folder(tmp_path):
     (tmp_path / "exp.toml").write_text(SMALL)
     done = softvox("compare", "exp.toml", "--check", "--out", "none", cwd=tmp_path)
@@ -473,13 +483,3 @@ def test_the_commands_are_light_to_load():
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert "softvox_search" in loaded
     assert not loaded & {"deap", "pandas", "matplotlib", "msgspec", "scipy", "pyarrow", "optuna"}
-
-
-@pytest.mark.parametrize(
-    "command", ["compare", "export", "leaderboard", "merge", "search", "transfer"]
-)
-def test_the_help_fits_80_columns(command, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main([command, "--help"]) == 0
-    text = capsys.readouterr().out
-    assert [line for line in text.splitlines() if len(line) > 80] == []

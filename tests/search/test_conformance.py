@@ -95,6 +95,18 @@ class Sharing(Sound):
         return asked
 
 
+class EndsWhereAnotherBegan(Sound):
+    made = 0
+
+    def __init__(self, space, rng):
+        super().__init__(space, rng)
+        type(self).made += 1
+        self.number = self.made
+
+    def ask(self, n=None):
+        return [] if self.number < self.made and len(self.values) > 9 else super().ask(n)
+
+
 class AsksForMore(Sound):
     def ask(self, n=None):
         return super().ask(None)
@@ -151,6 +163,7 @@ def test_a_sound_searcher_conforms():
         (DrawsFromNumpy, "drew from a global random generator"),
         (SeedsTheGlobalGenerator, "drew from a global random generator"),
         (Sharing, "is disturbed by another"),
+        (EndsWhereAnotherBegan, "is disturbed by another"),
         (AsksForMore, "returned 5 designs when asked for at most 3"),
         (AsksForNothing, "asked for nothing at all"),
         (ChangesItsMindWhenAskedForAdvice, "was asked for its recommendation, and then"),

@@ -118,6 +118,54 @@ def test_the_best_of_a_run_is_given_with_its_digits(quiet, tmp_path):
         assert log["design"][best["evals"] - 1] == number
 
 
+def test_labels_that_are_alike_in_files_have_folders_of_their_own(tmp_path):
+    labels = ("a b", "a_b", "A b")
+    text = "seeds = 1\nbudget.unique = 3\n"
+    text += "".join(f'[[searchers]]\nname = "random"\nlabel = "{one}"\n' for one in labels)
+    run_here(experiment_of(tmp_path, text), tmp_path / "out")
+    (tmp_path / "ioh").mkdir()
+    ioh(read(tmp_path / "out"), tmp_path / "ioh")
+    algorithms = [
+        json.loads(path.read_text())["algorithm"]["name"] for path in tmp_path.glob("ioh/*/*.json")
+    ]
+    assert sorted(algorithms) == sorted(labels)
+
+
+def test_a_failed_run_makes_no_number_of_a_design_inexact(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "fails_here.py").write_text("def now(evaluate, space, rng):\n    1 / 0\n")
+    for shape in ([2, 2, 2], [3, 3, 4]):
+        text = f"seeds = 1\nshape = {shape}\nbudget.unique = 2\n"
+        text += "[[searchers]]\nname = 'random'\n[[searchers]]\nname = 'fails_here:now'\n"
+        out = tmp_path / str(shape)
+        run_here(experiment_of(tmp_path, text), out)
+        found = read(out)
+        best, none = found.runs["recommended"]
+        log = found.evaluations(found.runs["run"][0])
+        assert (best, none) == (log["design"][log["fitness"].argmax()], None)
+        assert leaderboard([found])[0]["value"].tolist() == [log["fitness"].max()]
+
+
+def test_searchers_of_one_label_that_are_set_otherwise_are_told_apart(tmp_path):
+    folders = []
+    for policy, population in (("naive", 4), ("mean", 6)):
+        text = "seeds = 1\nlevels = [0]\nbudget.unique = 12\n[[policies]]\nname = 'mine'\n"
+        text += f"running_mean = {str(policy == 'mean').lower()}\n[[searchers]]\nname = 'ga'\n"
+        text += f"options.population = {population}\n"
+        run_here(experiment_of(tmp_path, text), tmp_path / policy)
+        folders.append(read(tmp_path / policy))
+    table, _ = leaderboard(folders)
+    assert set(table["searcher"]) == {"ga (name=ga, population=4)", "ga (name=ga, population=6)"}
+    assert all(policy.startswith("mine (running_mean=") for policy in table["policy"])
+    assert table["runs"].tolist() == [1, 1]
+
+
+def test_of_a_run_in_several_folders_the_one_with_its_log_tells(quiet, tmp_path):
+    out = shutil.copytree(quiet.folder, tmp_path / "out")
+    shutil.rmtree(out / "runs")
+    assert leaderboard([read(out), quiet])[0].equals(leaderboard([quiet])[0])
+
+
 def test_the_leaderboard_says_what_is_known_of_every_searcher(quiet):
     table, notes = leaderboard([quiet])
     assert notes == []

@@ -1,12 +1,14 @@
 """A function that calls evaluate is a searcher, too."""
 
+import time
+
 import gymnasium as gym
 import numpy as np
 import pytest
 from scipy.optimize import dual_annealing
 from table_answers import FITNESS, SPACE, rows
 
-from softvox_gym import TABLE_ENV_ID, Design
+from softvox_gym import TABLE_ENV_ID, Design, Lattice
 from softvox_gym.wrappers.vector import FitnessNoise
 from softvox_search import BudgetEnd, FunctionSearcher, SearcherError, check, make, run
 from softvox_search.function import is_function
@@ -80,6 +82,31 @@ def test_every_form_of_a_design_and_of_a_batch_has_its_values():
         return 5
 
     assert searched(asks, Budget(evaluations=99))[0] == Design(5)
+
+
+def test_a_row_of_digits_is_one_design_on_a_lattice_of_phases_too():
+    lattice = Lattice.of([2, 2, 2], phases=2)
+
+    def asks(evaluate, space, rng):
+        assert evaluate([0, 3, 0, 2, 1, 2, 2, 2]).shape == (1,)
+
+    oracle = Oracle(
+        lambda n: gym.make_vec(TABLE_ENV_ID, num_envs=n, phases=2), Budget(evaluations=9)
+    )
+    run(FunctionSearcher(asks, lattice, np.random.default_rng(0)), oracle)
+    assert oracle.evaluations == 1
+
+
+def test_what_a_function_does_before_its_first_evaluation_counts_as_processor_time():
+    def prepares(evaluate, space, rng):
+        began = time.process_time()
+        while time.process_time() < began + 0.03:
+            pass
+        for number in range(3):
+            evaluate([number])
+
+    _, log, oracle = searched(prepares, Budget(cpu_seconds=0.02))
+    assert (log["design"].tolist(), oracle.ended_by) == ([0], "cpu_seconds")
 
 
 def test_the_end_of_the_budget_passes_through_except_exception_and_a_batch_is_cut():

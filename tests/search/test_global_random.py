@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from table_answers import SPACE, answered
 
-from softvox_search.global_random import GlobalRandom, global_states, set_global_states
+from softvox_search.global_random import GlobalRandom, global_states_kept
 from softvox_search.registry import make
 
 
@@ -48,8 +48,7 @@ def test_the_global_generators_go_on_as_if_nothing_had_been_swapped_in(drawn_out
     own = stream()
     # Normal numbers: their generators make two at a time and keep one.
     python, numpy = random.Random(1), np.random.RandomState(1)
-    states = global_states()
-    try:
+    with global_states_kept():
         random.seed(1)
         np.random.seed(1)  # noqa: NPY002
         for _ in range(3):
@@ -62,8 +61,6 @@ def test_the_global_generators_go_on_as_if_nothing_had_been_swapped_in(drawn_out
                     np.random.randn()  # noqa: NPY002
         assert random.random() == python.random()
         assert np.random.randn() == numpy.randn()  # noqa: NPY002
-    finally:
-        set_global_states(states)
 
 
 @pytest.mark.parametrize("name", ["ga", "map_elites", "nevergrad"])

@@ -145,6 +145,7 @@ def test_a_method_that_ends_proposes_no_more():
         ({"method": "ite", "budget": 0}, "budget must be at least 1 and at most 100, got 0"),
         ({"method": "ite", "heading": 90}, "the task displacement has no heading"),
         ({"method": "ite", "size": 8}, "size"),
+        ({"reality": "soft"}, "reality must be one that Reality.from_trials makes, got 'soft'"),
         ({"method": "ite", "kernel": "ham"}, "kernel must be hamming or behaviour"),
     ],
 )

@@ -101,3 +101,11 @@ def test_different_experiments_and_different_results_are_not_merged(tmp_path):
         merged([one, two], tmp_path / "all")
     with pytest.raises(UsageError, match="none of which is of use here: entropy was 2, and is 1"):
         merged([one], two)
+
+
+def test_forced_a_merge_into_one_of_its_parts_is_refused_and_loses_nothing(tmp_path):
+    one, two = parts(tmp_path)
+    before = results(one)
+    with pytest.raises(UsageError, match="one of the parts, whose runs --force would throw away"):
+        merge([one, two], tmp_path / "." / "part1", force=True, say=print)
+    assert results(one) == before

@@ -195,6 +195,13 @@ def test_a_report_is_replaced_by_the_next(tmp_path):
     assert first["report.md"] != second["report.md"]
 
 
+def test_what_an_earlier_report_told_of_searchers_that_are_gone_is_not_shown(tmp_path):
+    two = [run(0, "a", [0, 1]), run(1, "b", [0, 2])]
+    for runs, is_shown in ((two, True), (two[:1], False)):
+        write(tmp_path, results(*runs))
+        assert ("## Pairs" in (tmp_path / "report.md").read_text()) == is_shown
+
+
 @pytest.mark.pictures
 def test_the_users_settings_of_matplotlib_neither_matter_nor_change(tmp_path):
     made = results(*random_runs(["a"], 2, 10))

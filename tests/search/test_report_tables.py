@@ -374,6 +374,15 @@ def halved(monkeypatch):
     monkeypatch.setattr(softvox_gym, "noisy_landscape", noisy_landscape, raising=False)
 
 
+@pytest.mark.parametrize(("amounts", "is_known"), [({}, True), ({"friction": 0.0}, False)])
+def test_of_noise_with_other_amounts_nothing_is_known_but_at_level_0(amounts, is_known):
+    made = results(*random_runs(["a"], 1, 5, levels=(0.0, 1.0)))
+    for problem in made.problems:
+        problem.wrappers = ({"name": "JakobiNoise", **amounts},)
+    told = tables.make(made)["recommendations"].set_index("level")["true_value"]
+    assert told.notna().to_dict() == {0.0: True, 1.0: is_known}
+
+
 @pytest.mark.usefixtures("halved")
 def test_recommendations_are_held_against_the_truth_at_their_level():
     found = made(

@@ -2,11 +2,14 @@ import errno
 import fcntl
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from small_experiments import COMMAND, NOISY, SMALL, experiment_of, results, run_here
 
+from softvox_gym.cli.terminal import BadInputError
+from softvox_search.cli.results import writing
 from softvox_search.experiment import results as folders
 from softvox_search.experiment.results import ResultsError, decode, encode, locked, read
 from softvox_search.experiment.schema import UsageError
@@ -23,6 +26,13 @@ def small(tmp_path_factory):
 @pytest.fixture
 def out(small, tmp_path):
     return shutil.copytree(small[1], tmp_path / "out")
+
+
+def test_what_cannot_be_read_meanwhile_is_named():
+    error = PermissionError(errno.EACCES, "Permission denied", "theirs/manifest.json")
+    told = r"^theirs/manifest\.json: Permission denied; what is done is kept"
+    with pytest.raises(BadInputError, match=told), writing(Path("mine")):
+        raise error
 
 
 def test_a_run_is_read_back_to_the_bit():

@@ -93,9 +93,9 @@ def test_the_table_says_what_json_says(here, capsys):
         ]
     text = "\n".join(lines)
     mean = data["mean"]
-    error = f"{mean['heading_error_before']:.0f} deg of the simulator"
+    error = f"{mean['heading_error_before']:.0f} deg for the simulator"
     assert error in text
-    assert f"{mean['distance']:.2f} of what designs travel away from the truth" in text
+    assert f"off by {mean['distance']:.2f} of the distance that designs travel" in text
     assert "specified      no" in text
 
 

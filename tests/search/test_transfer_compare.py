@@ -156,6 +156,22 @@ def test_sets_are_held_against_the_references_reality_by_reality():
     assert "### Against random, public" in page(Made(), tables, [])
 
 
+def test_a_set_is_told_of_as_far_as_all_its_realities_were_tested(tmp_path):
+    method = {"name": "random", "label": "r"}
+    data = FILE | {
+        "seeds": 1,
+        "tasks": ["displacement"],
+        "methods": [
+            method | {"realities": ["public-0"], "tests": 3},
+            method | {"realities": ["public-1"], "tests": 5},
+        ],
+    }
+    outcome = do(tmp_path / "out", data)
+    assert outcome.is_whole
+    regret = make(read(tmp_path / "out", of_transfer=True))["regret"]
+    assert regret["tests"].tolist() == [1, 2, 3]
+
+
 def test_groups():
     assert [group_of(name) for name in ("public-3", "test-0", "soft", "half_step")] == [
         *("public", "test", "soft", "half_step")
@@ -209,6 +225,21 @@ def test_a_method_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch
     assert "recommended what is no design" in outcome.failed[0][1].error
     runs = read(tmp_path / "results", of_transfer=True).runs
     assert sorted(runs["status"]) == ["failed"] * 4 + ["ok"] * 4
+
+
+def test_an_option_may_have_the_name_of_something_of_the_run(tmp_path, monkeypatch):
+    (tmp_path / "with_tests.py").write_text(
+        "from softvox_search.transfer import Method\n"
+        "class First(Method):\n"
+        "    def __init__(self, simulator, task, rng, *, tests):\n"
+        "        super().__init__(simulator, task, rng)\n"
+        "    def ask(self):\n"
+        "        return self.untested().argmax()\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    method = {"name": "with_tests:First", "options": {"tests": 7}}
+    run = of_dict(FILE | {"methods": [method], "tasks": ["displacement"]}, "x.toml").runs()[0]
+    assert experiments.cross(run)[1]["design"].tolist() == list(range(10))
 
 
 def test_results_of_methods_are_not_taken_for_those_of_searchers(results):

@@ -275,7 +275,7 @@ def test_cycles_that_are_none_are_refused(given):
 def test_what_can_not_be_compared_is_refused():
     with pytest.raises(ValueError, match="no trials to compare; give one"):
         compare([])
-    with pytest.raises(TypeError, match="trials must be Trials, got a int"):
+    with pytest.raises(TypeError, match="trials must be several softvox_gym"):
         compare([6453])
     with pytest.raises(ValueError, match="no trial has 90 cycles: the longest has 3; give fewer"):
         compare(line([1, 0]), cycles=(90, 23))

@@ -110,6 +110,19 @@ def test_faults_names_every_file_and_the_remedy(folder):
         database.add(folder, [])
 
 
+def test_folders_may_be_given_by_their_names(folder):
+    assert database.read(str(folder)) == database.read(folder)
+    assert database.check(str(folder)) == database.check(folder)
+    assert database.add(str(folder), ALL).new == ()
+    assert database.merge(f"{folder}-2", str(folder)).new == database.read(folder)
+
+
+@pytest.mark.parametrize("trials", [ALL[0], [None], 6453])
+def test_what_are_no_trials_is_not_added(trials, folder):
+    with pytest.raises(TypeError, match=r"trials must be several softvox_gym\.trials\.Trial, as"):
+        database.add(folder, trials)
+
+
 @pytest.mark.parametrize("function", [database.read, database.check])
 def test_what_is_no_folder_is_named(function, tmp_path):
     (tmp_path / "file").write_text("")

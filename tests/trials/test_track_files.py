@@ -145,7 +145,11 @@ PIXELS = "t_s,x_px,y_px\n"
         ("cycle,cycle,x_cm,y_cm\n", {}, "line 1: the first line must name"),
         ("cycle,x_cm,y_px\n", {}, "line 1: the first line must name"),
         ("cycle,x_cm,y_cm\n", {}, "has no point; add lines"),
-        ("cycle,x_cm,y_cm\n0,0,0\n", {}, "line 2: the track has 1 points .* and needs two; add"),
+        (
+            "cycle,x_cm,y_cm\n0,0,0\n",
+            {},
+            "line 2: the track has 1 point since .* and needs two; add",
+        ),
         (
             "trial,cycle,x_cm,y_cm\none,0,0,0\none,1,0,0\n",
             {},
@@ -247,7 +251,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             files.DEEPLABCUT,
             {"scale": "1/9", "fps": 9, "point": "top", "likelihood": 1},
-            "line 7: the track has 1 points",
+            "line 7: the track has 1 point since",
         ),
         (
             files.INDIVIDUALS,

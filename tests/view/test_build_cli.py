@@ -148,6 +148,7 @@ def test_phases_are_told(softvox):
         (("6453", "--out", "a.png"), "--out must end in .pdf, .svg, .html, got 'a.png'"),
         (("6453", "--csv", "no/a.csv"), "--csv no is not a folder"),
         (("6453", "--csv", "taken.csv"), "--csv taken.csv exists"),
+        (("6453", "--out", "a.svg", "--csv", "./a.svg", "--force"), "--csv a.svg is where --out"),
         (("--top", "5473"), "--top must be at most 5472, the designs that can be built, got 5473"),
         (("--top", "3", "--shape", "3", "3", "3"), "--shape and --phases are not for --top"),
     ],

@@ -39,6 +39,7 @@ from node import answer, needs_node
 import softvox_gym
 from softvox_gym import Design, Physics, reality, simulate
 from softvox_gym.manifest import digest
+from softvox_gym.real_tracks import LITTLE
 from softvox_gym.verify import GOLDEN
 from softvox_view.explore.page import page as whole_page
 from softvox_view.explore.paths import packed
@@ -165,6 +166,13 @@ def test_what_changed_is_told_in_ranks(tmp_path):
         "mean change +1.000 voxel widths",
         "1 designs diverged (×)",  # noqa: RUF001
     ]
+
+
+@needs_node
+def test_what_hardly_travels_has_no_heading(tmp_path):
+    script = "return given.map((dy) => panels.inBrief(0, { dx: [0], dy: [dy], fitness: [1] }));"
+    told = answer(tmp_path, script, [-LITTLE, -0.999 * LITTLE])
+    assert told == ["fitness 1.00, heading \N{MINUS SIGN}90°", "fitness 1.00"]
 
 
 def test_a_slider_moved_fast_ends_where_it_was_left(driver, page):
@@ -338,6 +346,8 @@ def test_a_screen_is_used_and_nothing_sticks_out(driver, page, size):
                 "e.getBoundingClientRect().right > width + 1).map((e) => e.outerHTML)]"
             )
             assert wide == []
+            for name in ("kind", "versus"):
+                assert shown(driver, name, "offsetWidth") > 105, "what is chosen can be read"
             assert whole == width
             assert left < 20
             assert right > width - 20

@@ -596,6 +596,12 @@ def test_designs_stand_side_by_side_with_their_fitness(driver, folder):
         "4295 · 20002221 · 4.65",
         "6489 · 00102222 · 3.49",
     ]
+    shades = driver.execute_script(
+        "return ['.name', '.distance polyline'].map((of) => [...document.querySelectorAll(of)].map("
+        "(e) => getComputedStyle(e)[of === '.name' ? 'color' : 'stroke']))"
+    )
+    assert shades[0] == shades[1], "a robot's name has the colour of its curve"
+    assert len(set(shades[0])) == 3
     labels = driver.find_elements("css selector", ".softvox-labels div")
     lefts = [label.rect["x"] for label in labels]
     assert lefts == sorted(set(lefts))

@@ -135,6 +135,25 @@ def test_list_leaves_out_the_others(options, found, folder, capsys):
         assert told(capsys, "list", *options) == (0, none, "")
 
 
+def test_a_surface_is_told_from_one_with_a_longer_name(folder, capsys):
+    bare, foam, unknown = more = [
+        replace(MEASURED, surface="Acrylic", powder="", repetition=2),
+        replace(MEASURED, surface="Acrylic foam", repetition=3),
+        replace(MEASURED, surface="Oak", pressure_kpa=None, frequency_hz=None),
+    ]
+    database.add(folder, more)
+    for chosen, found in (
+        (["--surface", "acrylic"], [bare]),
+        (["--surface", "acryl"], [MEASURED, STILL, bare, foam]),
+        (["--powder", "", "--source", "measured"], [bare]),
+        (["--kpa", "", "--source", "measured"], [unknown]),
+        (["--hz", "", "--source", "measured"], [unknown]),
+        (["--who", ""], []),
+    ):
+        _, out, _ = told(capsys, "list", "--json", *chosen)
+        assert {one["digest"] for one in json.loads(out)} == {trial.digest for trial in found}
+
+
 def test_list_as_json_says_all_but_the_track(folder, capsys):
     _, out, _ = told(capsys, "list", folder, "--json", "--design", 6453)
     (one,) = json.loads(out)

@@ -1,1 +1,1 @@
-"""Pictures: the paper's figures, replays, and a landscape one can explore."""
+"""Pictures: the paper's figures, replays, and an interactive landscape."""

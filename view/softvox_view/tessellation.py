@@ -1,9 +1,10 @@
 """The tessellation: every design of the 2x2x2 lattice a cell of an 81 x 81 map.
 
 The eight digits are read two at a time, d_0 d_1 | d_2 d_3 | d_4 d_5 | d_6 d_7. The first pair
-chooses one of 3 x 3 squares, the second one of the 3 x 3 squares within that, and so on, four deep:
-the first digit of a pair counts to the right, the second upward. Row 0 is at the bottom and column
-0 at the left, so the empty design is cell (0, 0), all passive (40, 40) and all active (80, 80).
+selects one of 3 x 3 squares, the second one of the 3 x 3 squares within that, and so on, four
+levels deep: the first digit of a pair counts to the right, the second upward. Row 0 is at the
+bottom and column 0 at the left, so the empty design is cell (0, 0), all passive (40, 40) and all
+active (80, 80).
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ PAIRS = ((0, 1), (2, 3), (4, 5), (6, 7))
 SIDE = 3 ** len(PAIRS)
 
 _RIGHT, _UP = np.transpose(PAIRS)
-#: Cells that a digit of a pair counts.
+#: Cells that each unit of a pair's digit moves by.
 _WEIGHT = 3 ** np.arange(len(PAIRS))[::-1]
 
 
 def cell_of(design: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where designs lie on the map.
+    """Return the cells of designs on the map.
 
     Parameters
     ----------
@@ -42,14 +43,14 @@ def cell_of(design: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     Raises
     ------
     ValueError
-        For a number that no design has.
+        If no design has a number.
     """
     digits = LATTICE.digits(design)
     return digits[..., _UP] @ _WEIGHT, digits[..., _RIGHT] @ _WEIGHT
 
 
 def design_at(row: ArrayLike, column: ArrayLike) -> NDArray[np.int64]:
-    """Return the number of the design in a cell of the map; undoes `cell_of`.
+    """Return the number of the design in a cell of the map; the inverse of `cell_of`.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def design_at(row: ArrayLike, column: ArrayLike) -> NDArray[np.int64]:
     Raises
     ------
     ValueError
-        For a cell off the map.
+        If a cell is outside the map.
     """
     for name, place in (("row", row), ("column", column)):
         if not np.all((np.asarray(place) >= 0) & (np.asarray(place) < SIDE)):
@@ -70,7 +71,7 @@ def design_at(row: ArrayLike, column: ArrayLike) -> NDArray[np.int64]:
 
 
 def mapped(values: ArrayLike) -> NDArray[Any]:
-    """Lay one value per design out as the map.
+    """Return one value per design, arranged as the map.
 
     Parameters
     ----------
@@ -80,6 +81,6 @@ def mapped(values: ArrayLike) -> NDArray[Any]:
     Returns
     -------
     ndarray, shape (81, 81, ...)
-        Row 0 is the bottom of the map: show it with the origin below.
+        Row 0 is the bottom of the map: plot it with the origin below.
     """
     return np.asarray(values)[design_at(*np.indices((SIDE, SIDE)))]

@@ -64,7 +64,8 @@ def writing(folder: Path) -> Iterator[None]:
         raise BadInputError(f"{error}; {KEPT}") from error
     except OSError as error:
         why = error.strerror or error
-        raise BadInputError(f"cannot write into {folder}: {why}; {KEPT}") from error
+        place = error.filename or f"cannot write into {folder}"
+        raise BadInputError(f"{place}: {why}; {KEPT}") from error
 
 
 def make_folder(folder: Path) -> None:

@@ -331,12 +331,12 @@ def _text(facts: dict[str, Any]) -> str:
         "regret": f"a share of what the best is worth{average}",
         "heading error": _both(mean["heading_error_before"], mean["heading_error"], ".0f", " deg"),
         "Kendall's tau": _both(mean["kendall_before"], mean["kendall_after"], ".2f"),
-        "nearest model": "it holds none"
+        "nearest model": "the method has none"
         if mean["distance"] is None
-        else f"{mean['distance']:.2f} of what designs travel away from the truth",
-        "specified": "yes, its models vary all that differs"
+        else f"off by {mean['distance']:.2f} of the distance that designs travel",
+        "specified": "yes, the models vary all parameters that differ"
         if all(row["is_specified"] for row in rows)
-        else "no, its models don't vary all that differs",
+        else "no, the models don't vary everything that differs",
         "simulations": ", ".join(str(row["simulations"]) for row in rows),
     }
     if "trials" in facts:
@@ -345,11 +345,11 @@ def _text(facts: dict[str, Any]) -> str:
         said["cycles"] = (
             f"{known['cycles']:g} of the robots, {known['simulated_cycles']:g} simulated"
         )
-        said["specified"] = "nobody knows what differs"
+        said["specified"] = "unknown, as it is not known what differs"
         if None in (*mean["regret"], *mean["class_regret"]):
-            said["unknown"] = "regret where nobody measured the design"
+            said["unknown"] = "regret of designs that were not measured"
         elif facts["tests"] == len(known["designs"]):
-            said["unknown"] = "errors, as no design that was measured is left to foresee"
+            said["unknown"] = "errors, as every measured design was tested"
     if facts["diverged"]:
         said["diverged"] = f"{facts['diverged']} designs in {facts['reality']}; their reward is 0"
     ended = [f"after {len(row['tested'])}" for row in rows if len(row["tested"]) < facts["tests"]]
@@ -367,4 +367,4 @@ def _told(regret: float | None) -> str:
 def _both(before: float | None, after: float | None, form: str, unit: str = "") -> str:
     """Return a number of the simulator's and of the method's expectations."""
     first, second = ("unknown" if one is None else f"{one:{form}}{unit}" for one in (before, after))
-    return f"{first} of the simulator, {second} of the method in the end"
+    return f"{first} for the simulator, {second} for the method at the end"

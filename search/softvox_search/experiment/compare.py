@@ -136,10 +136,16 @@ def merge(folders: Sequence[Path], out: Path, *, force: bool = False, say: Say) 
     Raises
     ------
     UsageError
-        Where the folders hold different experiments, or different results of a run.
+        Where the folders hold different experiments, or different results of a run, or force
+        would throw one of them away.
     OutputError, OSError
         Where something can't be written.
     """
+    if force and any(folder.resolve() == out.resolve() for folder in folders):
+        raise UsageError(
+            f"{out} is one of the parts, whose runs --force would throw away; drop --force, or "
+            "give another --out"
+        )
     manifests = [_manifest_of(folder) for folder in folders]
     first = manifests[0]
     for folder, other in zip(folders, manifests, strict=True):

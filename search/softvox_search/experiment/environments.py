@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from itertools import product
-from typing import Any, TypeVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -20,8 +20,6 @@ from softvox_search.experiment.transfer import TransferExperiment
 from softvox_search.oracle import Budget, MakeEnv, Oracle
 from softvox_search.policies import with_policy
 from softvox_search.registry import found, make
-
-T = TypeVar("T")
 
 
 class Environments:

@@ -17,6 +17,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +92,7 @@ class Results:
         evaluations evaluations used
         steps       simulated time steps
         recommended number of the design that the searcher recommends in the end; its digits
-                    where int64 can't hold that
+                    where int64 can't hold that; None where the run failed
         believed    what the searcher believes that design to be worth, voxel widths
         digest      of the run's log
         file        of the run, relative to the folder
@@ -130,16 +131,21 @@ class Results:
         """What to type to make what is missing of them."""
         return f"{self.command} --out {self.folder}"
 
+    @cached_property
+    def of_file(self) -> Any:
+        """The experiment, as `schema.of_dict` returns it."""
+        return of_dict(self.experiment, MANIFEST)
+
     @property
     def budgets(self) -> dict[str, dict[str, Any]]:
         """The budget of every searcher, by label: "unique", "evaluations", ... or None."""
-        choices = of_dict(self.experiment, MANIFEST).searcher_choices()
+        choices = self.of_file.searcher_choices()
         return {str(choice.label): vars(choice.budget.checked()) for choice in choices}
 
     @property
     def problems(self) -> list[Problem]:
         """The problems that the searchers were put to."""
-        made: list[Problem] = of_dict(self.experiment, MANIFEST).problems()
+        made: list[Problem] = self.of_file.problems()
         return made
 
 
@@ -173,8 +179,14 @@ def read(folder: Path, *, of_transfer: bool | None = False) -> Results:
         raise ResultsError(
             f"{folder} holds results of {kinds[1]}, and those of {kinds[0]} are needed"
         )
+    import pandas as pd
+
     title = of_dict(manifest.experiment, str(folder / MANIFEST)).title
-    runs = read_csv(path, TEXT_COLUMNS, recommended=_design, level=_number, believed=_number)
+    runs = read_csv(path, (*TEXT_COLUMNS, "recommended"), level=_number, believed=_number)
+    if "recommended" in runs:
+        # Not as numbers: beside a missing one all would be floats, which hold no large number.
+        designs = [_design(text) for text in runs["recommended"]]
+        runs["recommended"] = pd.Series(designs, dtype=object if None in designs else None)
     runs["file"] = [f"{FOLDER}/{run_path(Path(), run).name}" for run in runs["run"]]
     return Results(folder, title, manifest.command, manifest.experiment, runs)
 
@@ -293,7 +305,9 @@ def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
 
 
 def clear(folder: Path) -> None:
-    """Throw earlier results away."""
+    """Throw earlier results away; where there are none, what has such a name is somebody else's."""
+    if not (folder / MANIFEST).exists() and not any((folder / FOLDER).glob("*.parquet")):
+        return
     for path in (folder / name for name in OURS):
         if path.is_dir():
             shutil.rmtree(path)
@@ -349,9 +363,9 @@ def _digest(head: bytes, tail: bytes) -> bytes:
     return hashlib.sha256(head + _MARK + _BLANK + tail).hexdigest().encode()
 
 
-def _design(text: str) -> int | str | float:
-    """Return a design's number, or its digits, which are longer; NaN for nothing."""
-    return (int(text) if len(text) < 20 else text) if text else float("nan")
+def _design(text: str) -> int | str | None:
+    """Return a design's number, or its digits, which are longer; None for nothing."""
+    return (int(text) if len(text) < 20 else text) if text else None
 
 
 def _number(text: str) -> float:

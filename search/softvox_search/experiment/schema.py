@@ -7,13 +7,14 @@ import hashlib
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Self, TypeVar, cast
 
 import msgspec
 from msgspec import Meta, Struct, structs
@@ -37,6 +38,9 @@ Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
 Level = Annotated[float, Meta(ge=0)]
 Name = Annotated[str, Meta(min_length=1)]
 Plain = bool | int | float | str | list[Any]
+
+
+T = TypeVar("T")
 
 
 class UsageError(BadInputError):
@@ -77,45 +81,80 @@ class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         return Policy(**{key: value for key, value in asdict(self).items() if key != "name"})
 
 
-class Searcher(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[searchers]]; an option that is a list makes a searcher of each of its values.
+class Row(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What [[searchers]] and [[methods]] have in common; seeds replace the experiment's.
 
-    Of `Experiment.searcher_choices` it has all keys, and no such lists.
+    An option that is a list makes a row of each of its values.
     """
 
     name: Name
     label: Name | None = None
     options: dict[str, Plain] = {}
     seeds: Count | None = None
+
+    @property
+    def swept(self) -> dict[str, list[Any]]:
+        """The options that are lists."""
+        return {name: value for name, value in self.options.items() if isinstance(value, list)}
+
+    @property
+    def n_combinations(self) -> int:
+        """How many `combinations` there are."""
+        return prod(map(len, self.swept.values()))
+
+    def combinations(self) -> list[Self]:
+        """Return a row, with a label, for every combination of options that are lists."""
+        made = []
+        for values in product(*self.swept.values()):
+            options = dict(zip(self.swept, values, strict=True))
+            label = (self.label or self.name) + (f"({shown(options)})" if options else "")
+            made.append(structs.replace(self, label=label, options={**self.options, **options}))
+        return made
+
+
+class Searcher(Row, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[searchers]]."""
+
     budget: BudgetKeys = BudgetKeys()
 
 
-Row = TypeVar("Row", bound=Any)
-T = TypeVar("T")
-
-
-def n_combinations(row: Any) -> int:
-    """Return how many rows `combinations` makes of one."""
-    return prod(len(value) for value in row.options.values() if isinstance(value, list))
-
-
-def combinations(row: Row) -> list[Row]:
-    """Return a row of the file, with options, for every combination of options that are lists."""
-    swept = {name: value for name, value in row.options.items() if isinstance(value, list)}
-    made = []
-    for values in product(*swept.values()):
-        options = dict(zip(swept, values, strict=True))
-        label = (row.label or row.name) + (f"({shown(options)})" if options else "")
-        made.append(structs.replace(row, label=label, options={**row.options, **options}))
-    return made
-
-
-class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The file, whose keys `softvox compare --help` explains."""
+class File(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the files of all experiments have; `softvox compare --help` explains their keys."""
 
     seeds: Count
     entropy: Annotated[int, Meta(ge=0)] = 0
     title: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it ready for JSON; `of_dict` reads it back."""
+        return cast(dict[str, Any], msgspec.to_builtins(self))
+
+    def check_rows(
+        self, table: str, rows: Sequence[Row], axes: str, each: Callable[[Any], int]
+    ) -> None:
+        """Raise ValueError for values that a file can't have, or more runs than `MOST_RUNS`.
+
+        Each is how many runs a combination and a seed of a row are.
+        """
+        for row in rows:
+            if [] in row.options.values():
+                raise ValueError(f"[[{table}]] {row.name} options must not be empty lists")
+        try:
+            json.dumps(self.to_dict(), allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"values must be texts, finite numbers, true or false: {error}"
+            ) from None
+        number = sum(row.n_combinations * (row.seeds or self.seeds) * each(row) for row in rows)
+        if number > MOST_RUNS:
+            raise ValueError(
+                f"seeds, {axes} make {number} runs, and at most {MOST_RUNS} are taken; give fewer"
+            )
+
+
+class Experiment(File, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The file of a comparison of searchers."""
+
     budget: BudgetKeys
     physics: str | dict[str, Any] | Annotated[list[str | dict[str, Any]], Meta(min_length=1)] = (
         "published"
@@ -131,10 +170,6 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     searchers: Annotated[list[Searcher], Meta(min_length=1)]
 
     libraries: ClassVar[tuple[str, ...]] = LIBRARIES
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return it ready for JSON; `of_dict` reads it back."""
-        return cast(dict[str, Any], msgspec.to_builtins(self))
 
     def problems(self) -> list[Problem]:
         """Return physics x shape x level, the level changing fastest."""
@@ -170,7 +205,7 @@ class Experiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
                 one, seeds=one.seeds or self.seeds, budget=one.budget.within(self.budget)
             )
             for row in self.searchers
-            for one in combinations(row)
+            for one in row.combinations()
         ]
 
     def named(self) -> list[str]:
@@ -376,25 +411,12 @@ def _explained(message: str, data: dict[str, Any], all_keys: Mapping[str, tuple[
 
 def _check(experiment: Experiment) -> None:
     """Refuse what the types of the keys don't rule out; `environments.check` tries the rest."""
-    for row in experiment.searchers:
-        if [] in row.options.values():
-            raise ValueError(f"[[searchers]] {row.name} options must not be empty lists")
     if not all(isinstance(wrapper.get("name"), str) for wrapper in experiment.wrappers):
         raise ValueError("[[wrappers]] lacks the key name, a text")
-    try:
-        json.dumps(experiment.to_dict(), allow_nan=False)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"values must be texts, finite numbers, true or false: {error}") from None
-    number = sum(
-        n_combinations(row) * (row.seeds or experiment.seeds) for row in experiment.searchers
-    )
     axes = (experiment.physics_given(), experiment.shapes(), experiment.levels, experiment.policies)
-    number *= prod(len(axis or (None,)) for axis in axes)
-    if number > MOST_RUNS:
-        raise ValueError(
-            f"seeds, searchers, physics, shapes, levels and policies make {number} runs, and at "
-            f"most {MOST_RUNS} are taken; give fewer"
-        )
+    each = prod(len(axis or (None,)) for axis in axes)
+    words = "searchers, physics, shapes, levels and policies"
+    experiment.check_rows("searchers", experiment.searchers, words, lambda row: each)
     choices, problems = experiment.searcher_choices(), experiment.problems()
     for choice in choices:
         choice.budget.checked()
@@ -427,9 +449,9 @@ def tried(place: str, what: Callable[[], T]) -> T:
 
 def check_different(kind: str, key: str, names: list[str]) -> None:
     """Raise ValueError for a name that is there twice."""
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
+    name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
+    if times > 1:
+        raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
 
 
 def _label(physics: str | dict[str, Any]) -> str:

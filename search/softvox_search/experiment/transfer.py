@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, cast
+from typing import Annotated, Any, ClassVar
 
 import msgspec
 import numpy as np
-from msgspec import Meta, Struct, structs
+from msgspec import Meta, structs
 
 from softvox_gym import Task
 from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.realities import SETS, realities, reality
 from softvox_gym.tasks import HEADINGS
 from softvox_search.experiment.schema import (
-    MOST_RUNS,
     Count,
+    File,
     Level,
     Name,
-    Plain,
+    Row,
     check_different,
-    combinations,
-    n_combinations,
     sha256,
     tried,
 )
 from softvox_search.log import Columns, digest
 from softvox_search.transfer.registry import make
-from softvox_search.transfer.run import TransferRun, transfer
+from softvox_search.transfer.run import TransferRun, prepared
 from softvox_search.transfer.simulator import Simulator
 
 #: In `realities`: all that have a name.
@@ -38,27 +35,20 @@ NAMED = "named"
 Names = Annotated[list[Name], Meta(min_length=1)]
 
 
-class MethodChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[methods]]; an option that is a list makes a method of each of its values.
+class MethodChoice(Row, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table [[methods]]; an option that takes a list is a list of one list.
 
-    An option that takes a list is a list of one list. Seeds, tests and realities, where they are
-    given, replace the experiment's; tables for different realities may share a label.
+    Tests and realities, where they are given, replace the experiment's as well; tables for
+    different realities may share a label.
     """
 
-    name: Name
-    label: Name | None = None
-    options: dict[str, Plain] = {}
-    seeds: Count | None = None
     tests: Count | None = None
     realities: Names | None = None
 
 
-class TransferExperiment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The file, whose keys `softvox compare --help` explains."""
+class TransferExperiment(File, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The file of a comparison of transfer methods."""
 
-    seeds: Count
-    entropy: Annotated[int, Meta(ge=0)] = 0
-    title: str = ""
     tests: Count = 20
     measurement_noise: Level = 0.0
     realities: Names = msgspec.field(default_factory=lambda: [NAMED])
@@ -69,10 +59,6 @@ class TransferExperiment(Struct, frozen=True, kw_only=True, forbid_unknown_field
     libraries: ClassVar[tuple[str, ...]] = (
         *("botorch", "deap", "gpytorch", "numpy", "sbi", "scikit-learn", "scipy", "torch"),
     )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return it ready for JSON; `of_dict` reads it back."""
-        return cast(dict[str, Any], msgspec.to_builtins(self))
 
     def named(self) -> list[str]:
         """Return the names in the file that may be those of one's own code."""
@@ -88,7 +74,7 @@ class TransferExperiment(Struct, frozen=True, kw_only=True, forbid_unknown_field
                 realities=one.realities or self.realities,
             )
             for row in self.methods
-            for one in combinations(row)
+            for one in row.combinations()
         ]
 
     def runs(self) -> list[TransferTask]:
@@ -190,26 +176,18 @@ def check_values(experiment: TransferExperiment) -> None:
     ------
     ValueError
     """
-    json.dumps(experiment.to_dict(), allow_nan=False)
     for row in experiment.methods:
-        if [] in row.options.values():
-            raise ValueError(f"[[methods]] {row.name} options must not be empty lists")
         if (row.tests or experiment.tests) > N_DESIGNS:
             raise ValueError(f"tests must be at most {N_DESIGNS}, the designs there are")
     for task in experiment.tasks:
         Task(task)
     check_different("tasks", "name", list(experiment.tasks))
-    number = sum(
-        n_combinations(row)
-        * (row.seeds or experiment.seeds)
-        * len(members(row.realities or experiment.realities))
-        for row in experiment.methods
+    experiment.check_rows(
+        "methods",
+        experiment.methods,
+        "methods, realities and tasks",
+        lambda row: len(members(row.realities or experiment.realities)) * len(experiment.tasks),
     )
-    if number * len(experiment.tasks) > MOST_RUNS:
-        raise ValueError(
-            f"seeds, methods, realities and tasks make {number * len(experiment.tasks)} runs, and "
-            f"at most {MOST_RUNS} are taken; give fewer"
-        )
     for names in (experiment.realities, *(row.realities for row in experiment.methods)):
         check_different("realities", "name", members(names or ()))
     cells = [
@@ -297,17 +275,16 @@ def cross(run: TransferTask) -> tuple[dict[str, Any], Columns]:
 def _crossed(run: TransferTask, heading: float | None) -> TransferRun:
     """Do one of a run's headings, with a stream of its own, keyed by names."""
     words = sha256({"entropy": run.entropy, **run.names(), "heading": heading})
-    options: dict[str, Any] = run.method.options
-    return transfer(
+    return prepared(
         run.method.name,
+        run.method.options,  # of which some may be called as what `transfer` is given besides
         reality=run.reality,
         task=run.task,
         heading=heading,
         tests=run.method.tests or 1,
         seed=int.from_bytes(words[:8], "little"),
         measurement_noise=run.measurement_noise,
-        **options,
-    )
+    )()
 
 
 def _padded(values: Any, n: int, with_: float) -> Any:

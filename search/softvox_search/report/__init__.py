@@ -42,7 +42,7 @@ def write(folder: Path, results: Results) -> list[str]:
     csv = {f"{name}.csv": text.csv(table) for name, table in making.make(results).items()}
     write_folder(folder / "tables", csv, force=True)
     # Figures and page are of the tables as their files have them, and can be made of these again.
-    made = text.read(folder / "tables")
+    made = text.read(folder / "tables", csv)
     with style.style():
         pictures = {
             f"{name}.png": style.encoded(figure) for name, figure in drawing.draw(made).items()

@@ -128,26 +128,23 @@ def finished(results: Results) -> pd.DataFrame:
         for problem in results.problems
     }
     budgets = results.budgets
-    columns: dict[str, list[Any]] = {name: [] for name in ("limit", "landscape", *TERMS, "front")}
+    columns = ["limit", "landscape", *TERMS, "front"]
+    facts = []
     for row in records(runs):
         log = results.evaluations(row["run"])
-        landscape = known[row["physics"], row["shape"]]
+        at, told, lattice = log["unique_sequence"], log["fitness"], Lattice.named(row["shape"])
         stated = [budgets[row["searcher"]].get(name) for name in ("unique", "evaluations")]
-        columns["limit"].append(min(filter(None, stated), default=row["unique"]))
-        columns["landscape"].append(landscape)
-        for terms in TERMS:
-            told = log["fitness"] if terms == "raw" else None
-            fitness = landscape[terms][log["design"].astype(np.intp)] if landscape else told
-            curve = None if fitness is None else improvements(log["unique_sequence"], fitness)
-            columns[terms].append(curve)
-        front = None
-        if landscape is None:
-            lattice = Lattice.named(row["shape"])
+        limit = min(filter(None, stated), default=row["unique"])
+        if landscape := known[row["physics"], row["shape"]]:
+            designs = log["design"].astype(np.intp)
+            curves = {name: improvements(at, values[designs]) for name, values in landscape.items()}
+        else:
             voxels = n_voxels(log["design"], lattice)
-            front = hypervolume(log["unique_sequence"], log["fitness"], voxels, lattice.sites)
-        columns["front"].append(front)
-    for name, values in columns.items():
-        runs[name] = pd.Series(values, dtype=np.int64 if name == "limit" else object)
+            front = hypervolume(at, told, voxels, lattice.sites)
+            curves = {"raw": improvements(at, told), "front": front}
+        facts.append({**dict.fromkeys(columns), "limit": limit, "landscape": landscape, **curves})
+    made = pd.DataFrame(facts, columns=columns, dtype=object)
+    runs = runs.join(made.astype({"limit": np.int64}))
     for _, group in groups(runs, *PROBLEM):
         ends = [curve.fitness[-1] for curve in group["raw"] if len(curve.at)]
         exact: Any = group["landscape"].iat[0]

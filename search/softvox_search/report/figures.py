@@ -56,30 +56,24 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
         )
         runs = runs[(runs["policy"] == problem["policy"]) & (runs["runs"] > 0)]
         ends = dict(zip(runs["searcher"], runs["unique"], strict=True))
-        policy = [f"policy {problem['policy']}"] if problem["policy"] else []
-        at = "".join(f", {part}" for part in where(problems, problem) + policy)
+        place = "".join(f", {part}" for part in where(problems, problem))
+        at = place + (f", policy {problem['policy']}" if problem["policy"] else "")
         what = "Regret" if problem["known"] else "Best fitness"
         if len(budgets):
             target = on(problem, tables["fixed_target"])
             noisy = on(problem, tables["noise_searchers"]) if "noise_searchers" in tables else None
-            made[f"ranking{problem['name']}"] = ranking(
-                budgets, target, noisy, at="".join(f", {part}" for part in where(problems, problem))
-            )
+            made[f"ranking{problem['name']}"] = ranking(budgets, target, noisy, at=place)
         for terms in dict.fromkeys(curves["terms"]):
             here = curves[curves["terms"] == terms]
-            for kind, column, shown in (
-                ("anytime", "iqm", what),
-                ("ecdf", "ecdf", "Targets reached"),
-            ):
-                if len(budgets) or kind == "ecdf":
-                    made[f"{kind}_{terms}{problem['name']}"] = over_time(
-                        here, column, title=f"{shown} in {terms} terms{at}", ends=ends
-                    )
+            kinds = {"anytime": ("iqm", what)} if len(budgets) else {}
+            for kind, (column, shown) in {**kinds, "ecdf": ("ecdf", "Targets reached")}.items():
+                title = f"{shown} in {terms} terms{at}"
+                file = f"{kind}_{terms}{problem['name']}"
+                made[file] = over_time(here, column, title=title, ends=ends)
         if "hypervolume" in tables and len(volumes := on(problem, tables["hypervolume"])):
             title = f"Hypervolume of fitness and voxels{at}"
-            made[f"hypervolume{problem['name']}"] = over_time(
-                volumes, "iqm", title=title, ends=ends
-            )
+            file = f"hypervolume{problem['name']}"
+            made[file] = over_time(volumes, "iqm", title=title, ends=ends)
         if len(budgets):
             title = f"{what} at fixed budgets{at}"
             made[f"fixed_budget{problem['name']}"] = fixed_budget(budgets, title=title)

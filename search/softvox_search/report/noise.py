@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 
 from softvox_gym import Lattice
+from softvox_gym.noise import AMOUNTS, Jakobi
+from softvox_search.experiment.schema import NOISE
 from softvox_search.report.curves import AXES, PROBLEM, groups
 from softvox_search.report.statistics import band, compare, holm, iqm, mean
 from softvox_search.report.truth import truth_at
@@ -44,8 +46,12 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
 
 def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> tuple[Any, str]:
     """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
-    values = next(known.values for known in problems if known.physics == problem["physics"])
-    return truth_at(problem["level"], values, Lattice.named(problem["shape"]))
+    known = next(one for one in problems if one.physics == problem["physics"])
+    for wrapper in known.wrappers if problem["level"] > 0 else ():
+        amounts = {name: value for name, value in wrapper.items() if name in AMOUNTS}
+        if wrapper["name"] == NOISE and Jakobi(**amounts) != Jakobi():
+            return None, "no true values (noise was measured with its usual amounts)"
+    return truth_at(problem["level"], known.values, Lattice.named(problem["shape"]))
 
 
 def reference_policy(policies: Iterable[str]) -> str:

@@ -30,11 +30,13 @@ def csv(table: pd.DataFrame) -> bytes:
     return table.to_csv(index=False, lineterminator="\n", float_format="%.6g").encode()
 
 
-def read(folder: Path) -> dict[str, pd.DataFrame]:
-    """Return the tables of a report by name, as they stand in its folder tables."""
-    return {
-        path.stem: read_csv(path, (*TEXT_COLUMNS, *TEXT)) for path in sorted(folder.glob("*.csv"))
-    }
+def read(folder: Path, names: Iterable[str] | None = None) -> dict[str, pd.DataFrame]:
+    """Return the tables of a report by name, as they stand in its folder tables.
+
+    Those of some names alone, "pairs.csv": an earlier report may have left others there.
+    """
+    paths = folder.glob("*.csv") if names is None else (folder / name for name in names)
+    return {path.stem: read_csv(path, (*TEXT_COLUMNS, *TEXT)) for path in sorted(paths)}
 
 
 def escaped(label: object) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,69 +90,62 @@ def _curve(results: Results, run: str) -> Array:
 
 
 def _overview(runs: pd.DataFrame) -> pd.DataFrame:
-    rows = []
-    for (method,), own in groups(runs, "method"):
-        ok = own[own["status"] == "ok"]
-        rows.append(
-            {
-                "method": method,
-                "runs": len(ok),
-                "failed": len(own) - len(ok),
-                "realities": own["reality"].nunique(),
-                "seeds": own["seed"].nunique(),
-                "tests": ok["tests"].max(),
-                "simulations": ok["simulations"].median(),
-            }
-        )
-    return pd.DataFrame(rows)
+    ok = runs["status"] == "ok"
+    used = {name: runs[name].where(ok) for name in ("tests", "simulations")}
+    grouped = runs.assign(ok=ok, failed=~ok, **used).groupby("method", sort=False)
+    table: pd.DataFrame = grouped.agg(
+        runs=("ok", "sum"),
+        failed=("failed", "sum"),
+        realities=("reality", "nunique"),
+        seeds=("seed", "nunique"),
+        tests=("tests", "max"),
+        simulations=("simulations", "median"),
+    )
+    return table.reset_index()
 
 
 def _units(own: pd.DataFrame) -> Array:
-    """Return curves, shape (n, 2, tests): of a reality by seed, of a set by reality."""
-    if own["reality"].nunique() == 1:
-        return np.stack(own["curve"].to_list())
-    return np.stack([np.mean(one["curve"].to_list(), axis=0) for _, one in groups(own, "reality")])
+    """Return curves, shape (n, 2, tests): of a reality by seed, of a set by reality.
+
+    Where realities of a set have different numbers of tests, up to the least of these.
+    """
+    tests = min(curve.shape[1] for curve in own["curve"])
+    units = "seed" if own["reality"].nunique() == 1 else "reality"
+    return np.stack(
+        [
+            np.mean([curve[:, :tests] for curve in one["curve"]], axis=0)
+            for _, one in groups(own, units)
+        ]
+    )
 
 
 def _regret(runs: pd.DataFrame) -> pd.DataFrame:
-    rows = []
+    parts = []
     for (task, group, method), own in groups(runs, "task", "group", "method"):
         units = _units(own)
         low, high = band(units[:, 0], statistic=mean)
-        for i, (raw, of_class) in enumerate(units.mean(axis=0).T):
-            rows.append(
-                {
-                    "task": task,
-                    "reality": group,
-                    "method": method,
-                    "tests": i + 1,
-                    "runs": len(own),
-                    "regret": raw,
-                    "low": low[i],
-                    "high": high[i],
-                    "class_regret": of_class,
-                }
-            )
-    return pd.DataFrame(rows)
+        regret, of_class = units.mean(axis=0)
+        names = {"task": task, "reality": group, "method": method}
+        counts = {"tests": np.arange(1, 1 + len(regret)), "runs": len(own)}
+        means = {"regret": regret, "low": low, "high": high, "class_regret": of_class}
+        parts.append(pd.DataFrame({**names, **counts, **means}))
+    return pd.concat(parts, ignore_index=True)
 
 
 def _tests_needed(regret: pd.DataFrame) -> pd.DataFrame:
-    rows = []
-    for (task, group, method), own in groups(regret, "task", "reality", "method"):
-        row = {"task": task, "reality": group, "method": method}
-        for name in ("regret", "class_regret"):
-            reached = own["tests"][own[name] <= FOUND]
-            row[name] = reached.min() if len(reached) else np.nan
-        rows.append(row)
-    return pd.DataFrame(rows)
+    names = ["regret", "class_regret"]
+    reached = {name: regret["tests"].where(regret[name] <= FOUND) for name in names}
+    cells = regret.assign(**reached).groupby(["task", "reality", "method"], sort=False)
+    table: pd.DataFrame = cells[names].min().reset_index()
+    return table
 
 
 def _foresight(runs: pd.DataFrame) -> pd.DataFrame:
-    rows = []
-    for (task, group, method), own in groups(runs, "task", "group", "method"):
-        means = {name: own[name].astype(float).mean() for name in FORESIGHT}
-        rows.append({"task": task, "reality": group, "method": method, **means})
-    return pd.DataFrame(rows)
+    cells = runs.astype(dict.fromkeys(FORESIGHT, float)).groupby(
+        ["task", "group", "method"], sort=False
+    )
+    table: pd.DataFrame = cells[list(FORESIGHT)].mean().reset_index()
+    return table.rename(columns={"group": "reality"})
 
 
 def _against(runs: pd.DataFrame) -> pd.DataFrame:
@@ -165,34 +159,25 @@ def _against(runs: pd.DataFrame) -> pd.DataFrame:
             }
             for (method,), of in groups(own, "method")
         }
-        for method, its in curves.items():
-            for reference in REFERENCES:
-                shared = sorted(its.keys() & curves.get(reference, {}).keys())
-                if reference == method or len(shared) < 2:
-                    continue
-                for tests in AFTER:
-                    pairs = [(its[name], curves[reference][name]) for name in shared]
-                    if any(tests > min(map(len, pair)) for pair in pairs):
-                        continue
-                    off = np.array([a[tests - 1] - b[tests - 1] for a, b in pairs])
-                    p = 1.0 if not off.any() else float(stats.wilcoxon(off).pvalue)
-                    rows.append(
-                        {
-                            "task": task,
-                            "reality": group,
-                            "method": method,
-                            "against": reference,
-                            "tests": tests,
-                            "realities": len(shared),
-                            "difference": off.mean(),
-                            "p": p,
-                        }
-                    )
+        for method, reference, tests in product(curves, REFERENCES, AFTER):
+            its, theirs = curves[method], curves.get(reference, {})
+            shared = sorted(its.keys() & theirs.keys())
+            pairs = [(its[name], theirs[name]) for name in shared]
+            if (
+                reference == method
+                or len(pairs) < 2
+                or tests > min(len(one) for pair in pairs for one in pair)
+            ):
+                continue
+            off = np.array([a[tests - 1] - b[tests - 1] for a, b in pairs])
+            names = {"task": task, "reality": group, "method": method, "against": reference}
+            p = 1.0 if not off.any() else float(stats.wilcoxon(off).pvalue)
+            found = {"realities": len(pairs), "difference": off.mean(), "p": p}
+            rows.append({**names, "tests": tests, **found})
     table = pd.DataFrame(rows)
-    if len(table):
-        table["p_holm"] = np.nan
-        for _, family in groups(table, "task", "reality", "against", "tests"):
-            table.loc[family.index, "p_holm"] = holm(family["p"].to_numpy())
+    if rows:
+        families = table.groupby(["task", "reality", "against", "tests"])
+        table["p_holm"] = families["p"].transform(holm)
     return table
 
 
@@ -202,11 +187,9 @@ def page(results: Results, made: Tables, pictures: list[str]) -> str:
     said = f"{len(results.runs) - failed} finished runs. "
     said += f"**{failed} failed and left out.**" if failed else "No run failed."
     blocks = [f"# {escaped(results.title)}", text.fenced(results.command), said, "## Runs"]
-    blocks.append(_shown(made["runs"], {"method": escaped}))
-    if "regret" not in made:
-        return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
-    blocks += ["## Terms", TERMS]
-    for (task,), regret in groups(made["regret"], "task"):
+    blocks.append(_used(made["runs"]))
+    blocks += ["## Terms", TERMS] if "regret" in made else []
+    for (task,), regret in groups(made["regret"], "task") if "regret" in made else ():
         blocks.append(f"## {str(task).capitalize()}")
         blocks += [f"![regret](figures/{name})" for name in pictures if name == f"{task}.png"]
         last = regret.groupby("method")["tests"].max()
@@ -226,12 +209,9 @@ def page(results: Results, made: Tables, pictures: list[str]) -> str:
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
-def _shown(table: pd.DataFrame, texts: Mapping[str, Any]) -> str:
+def _used(table: pd.DataFrame) -> str:
     return text.markdown(
-        {
-            name: texts.get(name, lambda value: text.number(value, 0))(value)
-            for name, value in row.items()
-        }
+        {"method": escaped(row.pop("method")), **{n: text.number(v, 0) for n, v in row.items()}}
         for row in records(table)
     )
 
@@ -258,11 +238,11 @@ def _needed(row: Mapping[str, Any]) -> str:
 
 
 def _held(table: pd.DataFrame) -> str:
-    cells = dict.fromkeys(f"after {tests}" for tests in sorted(set(table["tests"])))
+    columns = dict.fromkeys((f"after {tests}" for tests in sorted(set(table["tests"]))), "")
     return text.markdown(
         {
             "method": escaped(method),
-            **dict.fromkeys(cells, ""),
+            **columns,
             **{
                 f"after {row['tests']}": (
                     f"{row['difference']:+.2f} (p {text.probability(row['p_holm'])})"

@@ -20,8 +20,6 @@ class Afpo(Evolutionary):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of survivors in every generation.
     mutation : float

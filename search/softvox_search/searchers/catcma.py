@@ -19,11 +19,6 @@ class CatCma(Adapter):
     It has no stopping rule for categorical ones, so here a generation without a new design counts
     as converged, and the distribution is reset to uniform.
 
-    Parameters
-    ----------
-    space : Lattice
-    rng : numpy.random.Generator
-
     Raises
     ------
     ImportError

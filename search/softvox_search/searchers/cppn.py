@@ -198,8 +198,6 @@ class Cppn(Afpo):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of survivors in every generation.
     structure : float
@@ -250,7 +248,7 @@ class Cppn(Afpo):
         made = Drawn((), self.fitness())
         for _ in range(TRIES):
             # Presence, and one per kind of voxel: as many as the states of a site, absent included.
-            made.network = Network.random(getattr(self.space, "states", 3))
+            made.network = Network.random(self.space.states)
             for _ in range(self._start):
                 made.network = made.network.mutated(1.0)
             made[:] = drawn(made.network, self._inputs, self.space)

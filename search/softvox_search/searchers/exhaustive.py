@@ -16,9 +16,6 @@ class Exhaustive(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
-        Unused.
     batch : int
         Number of designs to ask for at a time.
 

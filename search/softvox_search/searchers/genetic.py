@@ -15,8 +15,6 @@ class GeneticAlgorithm(Evolutionary):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of individuals in a generation, the elite included.
     elite : int

@@ -22,8 +22,6 @@ class HillClimber(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     batch : int
         Number of neighbours to ask for before moving: 1 is first improvement, all of them (two per
         site, and one more for every further phase) is steepest ascent. On the 2x2x2 landscape it

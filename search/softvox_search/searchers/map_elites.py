@@ -36,8 +36,6 @@ class MapElites(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of designs in a batch; the first batch is drawn at random.
     mutation : float, optional

@@ -18,8 +18,6 @@ class MuPlusLambda(Evolutionary):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of survivors in every generation, mu.
     offspring : int

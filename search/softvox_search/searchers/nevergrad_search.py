@@ -22,8 +22,6 @@ class Nevergrad(Adapter):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     optimizer : str
         A name in ``nevergrad.optimizers.registry``. The default is the one that Nevergrad's
         documentation recommends for these variables; it ignores the order of the digits. It gets no

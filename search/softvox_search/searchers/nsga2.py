@@ -17,8 +17,6 @@ class Nsga2(Evolutionary):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     population : int
         Number of survivors, and of children, in every generation; a multiple of 4, because the
         tournament by dominance and crowding distance takes four at a time.

@@ -20,8 +20,6 @@ class RandomSearch(SearcherBase):
 
     Parameters
     ----------
-    space : Lattice
-    rng : numpy.random.Generator
     replacement : bool
         Whether a design may be drawn again. If not, it asks for nothing after the last.
     batch : int

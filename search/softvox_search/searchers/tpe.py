@@ -20,11 +20,6 @@ class Tpe(Adapter):
     Its settings are the defaults. It asks for one design at a time, including known ones. Its cost
     per evaluation grows with the number of evaluations.
 
-    Parameters
-    ----------
-    space : Lattice
-    rng : numpy.random.Generator
-
     Raises
     ------
     ImportError

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pickle
-import random
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from softvox_gym import Reality, Task
 from softvox_gym.landscapes.table import N_DESIGNS
 from softvox_gym.simulation import check_count
-from softvox_search.global_random import global_states, set_global_states
-from softvox_search.transfer.methods.simple import Oracle
+from softvox_search.conformance import global_states_of
+from softvox_search.global_random import global_states_kept
 from softvox_search.transfer.protocol import Test
 from softvox_search.transfer.registry import make, name_of
 from softvox_search.transfer.run import World
@@ -60,93 +60,74 @@ def check(
         If it is no method, or there are too few tests.
     """
     check_count("tests", tests, least=2)
-    name = name_of(method)
-
-    def require(condition: object, message: str) -> None:
-        if not condition:
-            raise AssertionError(f"method {name} {message}")
-
-    states = global_states()
-    try:
-        _check(method, tests, seed, options, require)
-    finally:
-        set_global_states(states)
-
-
-def _check(
-    method: str | Callable[..., Any],
-    tests: int,
-    seed: int,
-    options: dict[str, Any],
-    require: Callable[[object, str], None],
-) -> None:
+    subject = _Subject(method, tests, seed, options)
     truth = np.random.default_rng([seed, 1]).normal(size=(N_DESIGNS, 3))
+    courses = []
+    with global_states_kept():
+        for of_globals, is_advised in ((1, True), (2, True), (2, False)):
+            with global_states_of(of_globals, subject.require):
+                courses.append(subject.course(truth, is_advised=is_advised))
+        first, again, unadvised = courses
+        subject.require(
+            first == again,
+            "made twice with the same generator acts in two ways; it must draw from that alone, "
+            "and share nothing",
+        )
+        tested, advice = first
+        subject.require(
+            tested == unadvised[0],
+            "was asked for its recommendation, and then asks for other designs",
+        )
+        # In a reality that is another wherever the first few tests were not, it may act otherwise
+        # only once it has tested one design more.
+        for known in (len(tested) // 2, len(tested)):
+            other = -truth
+            other[tested[:known]] = truth[tested[:known]]
+            asked, advised = subject.course(other)
+            subject.require(
+                asked[: known + 1] == tested[: known + 1] and advised[:known] == advice[:known],
+                "acts on what it has not tested: it must know of reality only what tests show",
+            )
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """The method under test."""
+
+    method: str | Callable[..., Any]
+    tests: int
+    seed: int
+    options: dict[str, Any]
+
+    def require(self, condition: object, message: str) -> None:
+        if not condition:
+            raise AssertionError(f"method {name_of(self.method)} {message}")
 
     def course(
-        world: NDArray[np.float64], *, is_advised: bool = True
+        self, truth: NDArray[np.float64], *, is_advised: bool = True
     ) -> tuple[list[int], list[int]]:
-        return _course(method, world, tests, seed, options, require, is_advised=is_advised)
-
-    courses = []
-    for of_globals, is_advised in ((1, True), (2, True), (2, False)):
-        random.seed(of_globals)
-        np.random.seed(of_globals)  # noqa: NPY002, it is meant
-        before = pickle.dumps(global_states())
-        courses.append(course(truth, is_advised=is_advised))
-        require(
-            pickle.dumps(global_states()) == before,
-            "drew from a global random generator (random or numpy.random), or seeded it; draw from "
-            "the generator that it is made with",
+        """Return the tests, and the recommendation after each."""
+        where = Reality("made up")
+        simulator, task = Simulator(where.nominal), Task("directed", HEADING)
+        world = _Recording(where, task, 0.0, np.random.default_rng(0), displacement=truth)
+        rng = np.random.default_rng(self.seed)
+        made = make(self.method, simulator, task, rng, **self.options)
+        course = world.crossed_by(made, self.tests, is_advised=is_advised)
+        self.require(
+            all(pickle.dumps(one) == shown for one, shown in world.shown),
+            "changed the test that it was told",
         )
-    first, again, unadvised = courses
-    require(
-        first == again,
-        "made twice with the same generator acts in two ways; it must draw from that alone, and "
-        "share nothing",
-    )
-    tested, advice = first
-    require(
-        tested == unadvised[0],
-        "was asked for its recommendation, and then asks for other designs",
-    )
-    # In a reality that differs except for the first few tests, it may act differently only once it
-    # has tested one design more.
-    for known in (len(tested) // 2, len(tested)):
-        other = -truth
-        other[tested[:known]] = truth[tested[:known]]
-        asked, advised = course(other)
-        require(
-            asked[: known + 1] == tested[: known + 1] and advised[:known] == advice[:known],
-            "acts on what it has not tested: it must know of reality only what tests show",
-        )
+        return [one.design for one, _ in course], [design for _, design in course]
 
 
-def _course(
-    method: str | Callable[..., Any],
-    truth: NDArray[np.float64],
-    tests: int,
-    seed: int,
-    options: dict[str, Any],
-    require: Callable[[object, str], None],
-    *,
-    is_advised: bool,
-) -> tuple[list[int], list[int]]:
-    """Return the tested designs, and the recommendations after each test."""
-    where = Reality("made up")
-    simulator, task = Simulator(where.nominal), Task("directed", HEADING)
-    world = World(where, task, 0.0, np.random.default_rng(0), displacement=truth)
-    made = make(method, simulator, task, np.random.default_rng(seed), **options)
-    if isinstance(made.method, Oracle):
-        made.method.truth = world.rewards
-    shown: list[tuple[Test, bytes]] = []
+class _Recording(World):
+    """A world that keeps every test with its bytes at the time it was shown."""
 
-    def test(design: int) -> Test:
-        one = world.test(design, track=bool(getattr(made, "wants_track", False)))
-        shown.append((one, pickle.dumps(one)))
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.shown: list[tuple[Test, bytes]] = []
+
+    def test(self, design: int, *, track: bool = False) -> Test:
+        one = super().test(design, track=track)
+        self.shown.append((one, pickle.dumps(one)))
         return one
-
-    course = made.course(test, tests, is_advised=is_advised)
-    require(
-        all(pickle.dumps(one) == kept for one, kept in shown), "changed the test that it was told"
-    )
-    return [one.design for one, _ in course], [design for _, design in course]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
-from softvox_search.protocol import SearcherError
+from softvox_search.protocol import SearcherError, naming
 from softvox_search.transfer.function import FunctionMethod
 from softvox_search.transfer.protocol import Method, Test, TransferMethod, design_of
 
@@ -29,7 +28,7 @@ class Guarded:
     """
 
     def __init__(self, method: TransferMethod, name: str) -> None:
-        self.method, self.name = method, name
+        self.method, self.name, self._who = method, name, f"method {name}"
         self._due: int | None = None
         self._is_told = False
 
@@ -40,7 +39,7 @@ class Guarded:
 
     def ask(self) -> int | None:
         """Return the number of the next design to test; None to test no more."""
-        with self._naming():
+        with naming(self._who):
             if self._due is not None:
                 raise SearcherError(
                     f"was asked twice in a row; tell it first what the test of design {self._due}, "
@@ -52,7 +51,7 @@ class Guarded:
 
     def tell(self, test: Test) -> None:
         """Tell it the result of the test of the design last asked for."""
-        with self._naming():
+        with naming(self._who):
             if self._due is None:
                 raise SearcherError(
                     f"was told of design {test.design}, for which it had not asked; ask it first"
@@ -67,7 +66,7 @@ class Guarded:
 
     def recommend(self) -> int:
         """Return the number of the design that it would build now."""
-        with self._naming():
+        with naming(self._who):
             if not self._is_told:
                 raise SearcherError(
                     "was asked for its recommendation before any test; ask it, test, and tell it "
@@ -111,27 +110,19 @@ class Guarded:
 
         advice: list[int] = []
         if isinstance(self.method, FunctionMethod):
-            with self._naming():
+            with naming(self._who):
                 advice = self.method.run(once, tests)
         else:
             while len(shown) < tests and (asked := self.ask()) is not None:
-                with self._naming():
+                with naming(self._who):
                     told = once(asked)
                 self.tell(told)
                 advice.append(self.recommend() if is_advised else -1)
         if not shown:
-            with self._naming():
+            with naming(self._who):
                 raise SearcherError("tested no design at all")
         return list(zip(shown, advice, strict=True))
 
     def _may_ask(self) -> bool:
         """Whether any design is left for a method that stores its tests."""
         return not isinstance(self.method, Method) or bool(self.method.untested().any())
-
-    @contextmanager
-    def _naming(self) -> Iterator[None]:
-        """Put the method's name in front of the message of an error."""
-        try:
-            yield
-        except SearcherError as error:
-            raise SearcherError(f"method {self.name} {error}") from error

@@ -130,6 +130,10 @@ def proposals(
     check_count("seed", seed, least=0, most=2**64 - 1)
     if method not in BELIEFS:
         raise ValueError(f"method must be one of {', '.join(BELIEFS)}, got {method!r}")
+    if not isinstance(reality, MeasuredReality | None):
+        raise TypeError(
+            f"reality must be one that Reality.from_trials makes, got {str(reality)[:40]!r}"
+        )
     what = Task.of(task, heading)
     tests = []
     if reality is not None:

@@ -1,4 +1,4 @@
-"""What a transfer method is: anything with these three methods; and a base that brings two."""
+"""The protocol of transfer methods: three methods, and a base class that brings two."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: Of a track, per cycle.
+#: Samples of a track per cycle.
 SAMPLES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Test:
-    """What one test in reality showed.
+    """The result of one test in reality.
 
     Parameters
     ----------
     design : int
         Its number.
     reward : float
-        What it was worth in the task, voxel widths; 0 where it diverged.
+        Its reward in the task, voxel widths; 0 if it diverged.
     displacement : ndarray, shape (3,)
-        dx, dy, dz as measured, voxel widths; 0 where it diverged.
+        dx, dy, dz as measured, voxel widths; 0 if it diverged.
     track : ndarray, shape (samples, 3), or None
-        Of the centre of mass from its start, four samples per cycle, for a method whose
+        Track of the centre of mass from its start, four samples per cycle, for a method whose
         ``wants_track`` is true.
     """
 
-    __test__: ClassVar[bool] = False  # or pytest would collect it
+    __test__: ClassVar[bool] = False  # otherwise pytest would collect it
 
     design: int
     reward: float
@@ -48,11 +48,11 @@ class Test:
 
 @runtime_checkable
 class TransferMethod(Protocol):
-    """What tries designs in a reality that it does not know, and recommends one.
+    """A method that tests designs in a reality that it does not know, and recommends one.
 
     It is made as ``Class(simulator, task, rng, **options)`` with the nominal `Simulator`, the
-    `softvox_gym.Task` and its own generator, from which all its random numbers come. It may have,
-    beside these three methods, `predict` and `models` as `Method` describes them.
+    `softvox_gym.Task` and its own generator, from which all its random numbers come. Besides these
+    three methods it may have `predict` and `models`, as `Method` describes them.
     """
 
     def ask(self) -> Any:
@@ -60,7 +60,7 @@ class TransferMethod(Protocol):
         ...
 
     def tell(self, test: Test) -> None:
-        """Learn what the test of the design last asked for showed."""
+        """Learn the result of the test of the design last asked for."""
         ...
 
     def recommend(self) -> Any:
@@ -69,7 +69,7 @@ class TransferMethod(Protocol):
 
 
 class Method:
-    """A method that keeps its tests and recommends the best tested; it lacks only `ask`.
+    """A base that stores its tests and recommends the best tested; it lacks only `ask`.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Method:
     tests : list of Test
     """
 
-    #: Whether a test is to show the track as well.
+    #: Whether tests should include the track.
     wants_track: ClassVar[bool] = False
 
     #: Parameters of `softvox_gym.Physics` that its models vary.
@@ -98,7 +98,7 @@ class Method:
         self._best: Test | None = None
 
     def tell(self, test: Test) -> None:
-        """Keep the test."""
+        """Store the test."""
         self.tests.append(test)
         self._left[test.design] = False
         best = self._best
@@ -106,7 +106,7 @@ class Method:
             self._best = test
 
     def recommend(self) -> int:
-        """Return the best design tested, of equal ones the first by number.
+        """Return the best tested design; of ties the smallest number.
 
         Raises
         ------
@@ -118,33 +118,33 @@ class Method:
         return self._best.design
 
     def predict(self) -> Array | None:
-        """Return what it expects of every design in reality; None where it expects nothing.
+        """Return its expectations for every design in reality; None if it has none.
 
-        Either displacements, shape (6561, 3), or rewards, shape (6561,), voxel widths. Here that is
-        what the simulator says.
+        Either displacements, shape (6561, 3), or rewards, shape (6561,), voxel widths. This base
+        returns the simulator's displacements.
         """
         return self.simulator.landscape()
 
     def models(self) -> Array | None:
-        """Return what the models that it holds say of every design, shape (models, 6561, 3).
+        """Return the predictions of its models for every design, shape (models, 6561, 3).
 
-        None where it has none. Here the nominal simulator.
+        None if it has none. This base returns the nominal simulator.
         """
         return self.simulator.landscape()[np.newaxis]
 
     def untested(self) -> NDArray[np.bool_]:
-        """Return which designs can be tested and were not yet, shape (6561,)."""
+        """Return which designs can be tested and are untested, shape (6561,)."""
         return self._left.copy()
 
     def leave_out(self, designs: NDArray[np.bool_]) -> None:
-        """Take designs, a mask of shape (6561,), for tested ones, of which nothing is told."""
+        """Treat designs, a mask of shape (6561,), as tested with unknown results."""
         self._left &= ~designs
 
 
 def first_best(values: Array, among: NDArray[np.bool_] | None = None) -> int:
-    """Return the number of the largest value, of equal ones the first, among some or all.
+    """Return the index of the largest value, the first of ties, among some or all.
 
-    Values that differ by less than 1e-9 are equal, as the last bits of a sum are the machine's.
+    Values that differ by less than 1e-9 are ties, as the last bits of a sum depend on the machine.
     """
     rounded = np.round(values, 9)
     return int(np.argmax(rounded if among is None else np.where(among, rounded, -np.inf)))
@@ -156,7 +156,7 @@ def after_tests(name: str, tests: Any, least: int = 1) -> frozenset[int]:
     Raises
     ------
     TypeError, ValueError
-        For what are no whole numbers, or a smaller one.
+        If they are not whole numbers, or one is smaller than `least`.
     """
     if isinstance(tests, str) or not isinstance(tests, Iterable):
         raise TypeError(f"{name} must be a list of numbers of tests, got {tests!r}")
@@ -167,7 +167,7 @@ def after_tests(name: str, tests: Any, least: int = 1) -> frozenset[int]:
 
 
 def design_of(design: Any, said: str) -> int:
-    """Return a design's number; SearcherError for what is none of 2x2x2."""
+    """Return a design's number; SearcherError if it is no design of 2x2x2."""
     try:
         return Design(design, shape=LATTICE).index
     except (TypeError, ValueError) as error:
@@ -175,14 +175,14 @@ def design_of(design: Any, said: str) -> int:
 
 
 def best_first(values: Array) -> NDArray[np.intp]:
-    """Return where values are, largest first; of equal ones, as `first_best` has it, the first."""
+    """Return the indices of values, largest first; ties, as in `first_best`, in order."""
     return np.argsort(-np.round(values, 9), kind="stable")
 
 
 def half_best(
     values: Array, n: int, rng: np.random.Generator, among: NDArray[np.bool_] | None = None
 ) -> NDArray[np.intp]:
-    """Return the numbers of n designs: half those of the largest values, half drawn of the others.
+    """Return the numbers of n designs: half with the largest values, half drawn from the others.
 
     At most as many as there are, among some or all.
     """

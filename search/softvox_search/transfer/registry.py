@@ -1,19 +1,16 @@
-"""The transfer methods by name, and one's own by where they are."""
+"""The registry: this package's transfer methods by name, and your own by import path."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from softvox_gym import Task
-from softvox_search.function import is_function
-from softvox_search.registry import Entry, Registry, require_methods
+from softvox_search.registry import Entry, Registry
 from softvox_search.transfer.function import FunctionMethod
 from softvox_search.transfer.guard import Guarded
-from softvox_search.transfer.protocol import TransferMethod
 from softvox_search.transfer.simulator import Simulator
 
 METHODS: Mapping[str, Entry] = {
@@ -31,10 +28,14 @@ METHODS: Mapping[str, Entry] = {
     "oracle": Entry("simple:Oracle"),
 }
 
-REGISTRY = Registry("method", f"{__package__}.methods", METHODS, takes=3)
-
-#: Arguments of a function: test, simulator, task, rng.
-ARGUMENTS = 4
+REGISTRY = Registry(
+    kind="method",
+    package=f"{__package__}.methods",
+    entries=METHODS,
+    takes=3,
+    protocol="softvox_search.transfer.TransferMethod",
+    base="softvox_search.transfer.Method",
+)
 
 
 def make(
@@ -45,12 +46,12 @@ def make(
     /,
     **options: Any,
 ) -> Guarded:
-    """Make a transfer method, which may then be driven by hand: ask, test, tell, recommend.
+    """Make a transfer method, which you can drive yourself: ask, test, tell, recommend.
 
     Parameters
     ----------
     method : str, class or function
-        One of `METHODS`, or "package.module:name" for one's own: a class, which is called as
+        One of `METHODS`, or "package.module:name" for your own: a class, which is called as
         ``Class(simulator, task, rng, **options)``, or a function; see `FunctionMethod`. Or the
         class or the function itself.
     simulator : Simulator
@@ -58,35 +59,27 @@ def make(
     rng : numpy.random.Generator
         Its own.
     **options
-        Of the class or function; its docstring describes them.
+        Options of the class or function; its docstring describes them.
 
     Returns
     -------
     Guarded
-        The method, held to the order of its calls.
+        The method, with its order of calls enforced.
 
     Raises
     ------
     TypeError, ValueError
-        For what leads to no method, an option that it doesn't take, or a value that it refuses.
+        If it leads to no method, or an option is unknown or has a value that the method rejects.
     ImportError
-        Where a library that the method needs is not installed.
+        If a library that the method needs is not installed.
     """
-    name = name_of(method)
-    if callable(method):
-        kind: Any = method
-    else:
-        kind = REGISTRY.found(method)
+    name, what = name_of(method), method
+    if not callable(method):
+        what = REGISTRY.found(method)
         REGISTRY.check_options(method, options)
-    if is_function(kind, ARGUMENTS):
-        return Guarded(FunctionMethod(kind, simulator, task, rng, **options), name)
-    if inspect.isclass(kind) and not hasattr(kind, "__getattr__"):
-        require_methods(name, kind, kind=REGISTRY.kind)
-    made: TransferMethod = kind(simulator, task, rng, **options)
-    require_methods(name, made, kind=REGISTRY.kind)
-    return Guarded(made, name)
+    return Guarded(REGISTRY.made(name, what, FunctionMethod, simulator, task, rng, **options), name)
 
 
 def name_of(method: Any) -> str:
-    """Return what to call a method: its name, or that of its class or function."""
+    """Return the name of a method, or of its class or function."""
     return method if isinstance(method, str) else getattr(method, "__name__", repr(method))

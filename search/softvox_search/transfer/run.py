@@ -1,4 +1,4 @@
-"""One run: a method against a reality, and what its recommendations are worth there."""
+"""One run: a method in a reality, and the value of its recommendations there."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from softvox_search.transfer.simulator import SimulationBudgetError, Simulator
 
 Array = NDArray[np.float64]
 
-#: In reality, where nobody says how many.
+#: Default number of tests in reality.
 TESTS = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TransferRun:
-    """What a method did in a reality, test by test, and what it would have built.
+    """The record of a method in a reality: its tests, and its recommendation after each.
 
     Parameters
     ----------
@@ -42,38 +42,37 @@ class TransferRun:
     task : softvox_gym.Task
     seed : int
     tested : ndarray of int64, shape (tests,)
-        Numbers of the designs tested; fewer where the method ended early.
+        Numbers of the tested designs; fewer if the method ended early.
     rewards : ndarray, shape (tests,)
-        What the tests showed, voxel widths.
+        Rewards in the tests, voxel widths.
     recommended : ndarray of int64, shape (tests,)
-        After each test. A method that ended early stays with what it said last.
+        Recommendation after each test. A method that ended early keeps its last one.
     regret : ndarray, shape (tests,)
-        After each test: what is lost by building the design recommended, as a share of what the
-        best is worth; above 1 where it goes the wrong way. In a `MeasuredReality` that is the best
-        measured; NaN where it recommends what nobody measured, or nothing measured goes that way.
+        Regret after each test: the loss from building the recommended design, as a share of the
+        best reward; above 1 if it goes the wrong way. In a `MeasuredReality` the best is the best
+        measured; NaN if nobody measured the recommended design, or nothing measured goes that way.
     class_regret : ndarray, shape (tests,)
-        The same where a robot may be turned or mirrored before it is let go; of what was measured,
-        NaN where of a robot's class nothing was.
+        The same if a robot may be turned or mirrored before its run; in a `MeasuredReality` NaN if
+        nothing in a robot's class was measured.
     srcc_before, srcc_after : float
-        Pearson's correlation of the reward expected and the real one over the best hundred expected
-        (Kadian et al. 2020), of the nominal simulator and of the method at the end; NaN where it
-        expects nothing.
+        Pearson's correlation of the expected and the real reward over the hundred designs with the
+        best expected reward (Kadian et al. 2020), for the nominal simulator and for the method at
+        the end; NaN if it expects nothing.
     kendall_before, kendall_after : float
-        Kendall's correlation over all designs, likewise.
-        Of a `MeasuredReality` these are over the designs measured and not tested, and NaN where
-        these are less than two.
+        Kendall's correlation over all designs, likewise. In a `MeasuredReality` these are over the
+        designs that were measured and not tested, and NaN if there are fewer than two.
     heading_error_before, heading_error : float
-        Mean angle between the heading expected and the real one, degrees, over the designs that
-        were not tested and travel more than 0.25 voxel widths in both; likewise.
+        Mean angle between the expected and the real heading, degrees, over the designs that were
+        not tested and travel more than 0.25 voxel widths in both worlds; likewise.
     distance : float
-        From the truth to the nearest model that the method holds: root mean square of the
+        Distance from the truth to the nearest model of the method: root mean square of the
         difference in displacement, over that of the displacement itself, over all designs, or all
-        measured; NaN where it holds none.
+        measured ones; NaN if it has no models.
     is_specified : bool
-        Whether its models vary all in which the reality differs from the nominal simulator; False
-        where nobody knows, as of a `MeasuredReality`.
+        Whether its models vary everything in which the reality differs from the nominal simulator;
+        False if that is unknown, as in a `MeasuredReality`.
     simulations : int
-        Designs that the method simulated.
+        Number of designs that the method simulated.
     """
 
     method: str
@@ -108,31 +107,32 @@ def transfer(
     simulations: int | None = None,
     **options: Any,
 ) -> TransferRun:
-    """Let a method find a design for a reality that it knows by tests alone.
+    """Let a method find a design for a reality that it knows only through tests.
 
     Parameters
     ----------
     method : str, class or function
-        One of `METHODS`, "package.module:name" for one's own, its class, or a function
-        ``f(test, simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
+        One of `METHODS`, "package.module:name" for your own, its class, or a function ``f(test,
+        simulator, task, rng)``; see `TransferMethod` and `FunctionMethod`.
     reality : str or softvox_gym.Reality
-        As `softvox_gym.reality` names it, or `Reality.from_trials` makes it of what was measured;
-        then designs that nobody measured can't be tested. The method does not learn which.
+        A name for `softvox_gym.reality`, or measurements from `Reality.from_trials`, in which
+        designs that nobody measured can't be tested; `Simulator.testable` says which can. The
+        method does not learn which reality it is.
     task : str or softvox_gym.Task
     heading : float, optional
-        Of the directed task, degrees; 0 where None. What is told of that task should be the mean
-        over four, `softvox_gym.tasks.HEADINGS`.
+        Heading of the directed task, degrees; 0 by default. Report the mean over the four headings
+        in `softvox_gym.tasks.HEADINGS`.
     tests : int, optional
-        At most as many as there are designs, or as were measured; 20 where None, or all of these
-        where they are fewer.
+        Number of tests, at most the number of designs, or of measured ones; by default 20, or all
+        measured designs if these are fewer.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     measurement_noise : float
-        Standard deviation of dx and dy as measured, voxel widths, and of a track's.
+        Standard deviation of measured dx and dy, and of the points of a track, voxel widths.
     simulations : int, optional
-        As many designs may be simulated; without end where None.
+        The most designs that may be simulated; unlimited by default.
     **options
-        Of the method.
+        Options of the method.
 
     Returns
     -------
@@ -141,11 +141,11 @@ def transfer(
     Raises
     ------
     TypeError, ValueError
-        For what is none of these, naming it.
+        If an argument is none of these; the message names it.
     softvox_search.SearcherError
-        Where the method breaks the protocol, or asks for a design that nobody measured, naming it.
+        If the method breaks the protocol or asks for an unmeasured design; the message names it.
     SimulationBudgetError
-        Where it simulates more than it may.
+        If it simulates more than it may.
 
     Examples
     --------
@@ -178,9 +178,9 @@ def prepared(
     measurement_noise: float = 0.0,
     simulations: int | None = None,
 ) -> Callable[[], TransferRun]:
-    """Check what `transfer` is given and make the method; return what does the run.
+    """Check the arguments of `transfer` and make the method; return a function that runs it.
 
-    What is wrong with the arguments is raised here, and what the method does wrong there.
+    Errors in the arguments are raised here, errors of the method in that function.
     """
     check_count("seed", seed, least=0, most=2**64 - 1)
     sigma = not_negative("measurement_noise", measurement_noise)
@@ -198,7 +198,7 @@ def prepared(
 
 
 def number_of_tests(reality: Reality, tests: int | None, *, name: str = "tests") -> int:
-    """Return how many tests are meant; raises as `transfer` does."""
+    """Return the number of tests; raises as `transfer` does."""
     most, which = N_DESIGNS, "the designs there are"
     if isinstance(reality, MeasuredReality):
         most, which = len(reality.designs), "the designs that were measured"
@@ -211,18 +211,18 @@ def number_of_tests(reality: Reality, tests: int | None, *, name: str = "tests")
 
 
 class World:
-    """A reality to be tested in; the method sees what `test` returns, and nothing else.
+    """A reality for tests; the method sees only what `test` returns.
 
     Parameters
     ----------
     reality : Reality
     task : Task
     sigma : float
-        Of the noise of measurement, voxel widths.
+        Standard deviation of the measurement noise, voxel widths.
     rng : numpy.random.Generator
-        Of that noise.
+        Generator of that noise.
     displacement : ndarray, shape (6561, 3), optional
-        Of every design, in place of the reality's.
+        Displacement of every design, instead of the reality's.
     """
 
     def __init__(
@@ -239,13 +239,17 @@ class World:
         self.rewards: Array = task.reward(self.displacement)
         self._sigma, self._rng = sigma, rng
 
-    @property
-    def is_noisy(self) -> bool:
-        """Whether a second test of a design shows something else."""
-        return self._sigma > 0
+    def crossed_by(
+        self, method: Guarded, tests: int, *, is_advised: bool = True
+    ) -> list[tuple[Test, int]]:
+        """Let a method test at most so many designs; see `Guarded.course`."""
+        if isinstance(method.method, Oracle):
+            method.method.truth = self.rewards
+        test = partial(self.test, track=bool(getattr(method, "wants_track", False)))
+        return method.course(test, tests, may_repeat=self._sigma > 0, is_advised=is_advised)
 
     def test(self, design: int, *, track: bool = False) -> Test:
-        """Try a design; SearcherError for one that nobody measured."""
+        """Test a design; SearcherError if nobody measured it."""
         measured = self.reality if isinstance(self.reality, MeasuredReality) else None
         if measured is not None:
             try:
@@ -263,7 +267,7 @@ class World:
                 result = self.reality.simulate([design], track=SAMPLES, threads=1)
                 assert result.track is not None
                 path = np.nan_to_num(result.track[0])
-            if self._sigma:  # or it would tell what the noise hides
+            if self._sigma:  # otherwise it would reveal what the noise hides
                 path[1:, :2] += self._sigma * self._rng.standard_normal((len(path) - 1, 2))
                 path[-1] = moved
         return Test(design, float(self.task.reward(moved)), moved, path)
@@ -271,32 +275,26 @@ class World:
 
 @lru_cache(maxsize=64)
 def truth(reality: Reality) -> Array:
-    """Return the displacement of every design, (6561, 3); NaN of those that nobody measured."""
+    """Return the displacement of every design, (6561, 3); NaN if nobody measured it."""
     if isinstance(reality, MeasuredReality):
         return reality.displacement
     return displacements(landscape(reality))
 
 
 def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: int) -> TransferRun:
-    if isinstance(method.method, Oracle):
-        method.method.truth = world.rewards
-    course = method.course(
-        partial(world.test, track=bool(getattr(method, "wants_track", False))),
-        tests,
-        may_repeat=world.is_noisy,
-    )
-    simulations = simulator.used  # what follows is not its own doing
+    course = world.crossed_by(method, tests)
+    simulations = simulator.used  # errors from here on are not the method's
     tested = np.array([test.design for test, _ in course], dtype=np.int64)
     advice = [design for _, design in course]
     recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
     regret, class_regret = regrets(world.rewards, recommended)
     expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
-    models = _held(method, "models", (None, N_DESIGNS, 3))
+    models = _held(method, "models", (-1, N_DESIGNS, 3))
     nominal = displacements(landscape(simulator.nominal))
     left = simulator.testable.copy()
     left[tested] = False
     if isinstance(world.reality, MeasuredReality):
-        # Tests are a large part of what was measured, and no method has merit in knowing those.
+        # Tests are a large part of the measurements, and knowing those is no merit of a method.
         ranks = [_ranks(one, world.task, world.rewards, left) for one in (nominal, expected)]
     else:
         ranks = [
@@ -327,13 +325,13 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
 
 
 def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Return what is lost by designs, as shares of the best reward, and in class terms.
+    """Return the regrets of designs, as shares of the best reward, and the class regrets.
 
-    NaN of a design whose reward is, and in class terms where those of all its class are.
+    NaN if the reward of a design is NaN, or for its class if those of all its members are.
     """
     known = ~np.isnan(rewards)
     best = rewards[known].max()
-    if best <= 0:  # a share of nothing: none of all designs is lost, and of a few nobody knows
+    if best <= 0:  # no positive best: the regret is 0 over all designs, and unknown over a few
         made = np.full(len(recommended), 0.0 if known.all() else np.nan)
         return made, made.copy()
     of_class = class_best(np.where(known, rewards, -np.inf))
@@ -342,23 +340,23 @@ def regrets(rewards: Array, recommended: NDArray[np.int64]) -> tuple[Array, Arra
 
 
 def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
-    """Return whether parameters cover all in which a reality differs from its simulator."""
+    """Return whether parameters cover every difference of a reality from its simulator."""
     ours, theirs = reality.physics.to_dict(), reality.nominal.to_dict()
     differ = {name for name, value in ours.items() if value != theirs[name]}
-    # How long a run takes follows from the frequency, where it has as many cycles.
+    # The duration follows from the frequency if the number of cycles is the same.
     cycles = [round(float(one.cycles), 3) for one in (reality.physics, reality.nominal)]
     if "frequency_hz" in varied and cycles[0] == cycles[1]:
         differ -= {"duration"}
     return reality.is_plain and differ <= varied
 
 
-def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array | None:
-    """Return what a method expects or holds; None where it does not say, or can't any more.
+def _held(method: Guarded, name: str, *shapes: tuple[int, ...]) -> Array | None:
+    """Return a method's predictions or models; None if it gives none, or can't any more.
 
     Raises
     ------
     SearcherError
-        Where it is of none of some shapes, of which None is any length.
+        If it has none of the given shapes, in which -1 is any length.
     """
     ask = getattr(method, name, None)
     try:
@@ -368,8 +366,9 @@ def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array 
     if said is None:
         return None
     values: Array = np.asarray(said)
-    if values.dtype.kind not in "fiu" or not any(_fits(values.shape, shape) for shape in shapes):
-        wanted = " or ".join(map(str, shapes)).replace("None", "n")
+    any_length = (-1, *values.shape[1:])
+    if values.dtype.kind not in "fiu" or not {values.shape, any_length} & {*shapes}:
+        wanted = " or ".join(map(str, shapes)).replace("-1", "n")
         raise SearcherError(
             f"method {method.name} returned {values.dtype} of shape {values.shape} from {name}; it "
             f"must be None or numbers of shape {wanted}"
@@ -377,15 +376,9 @@ def _held(method: Guarded, name: str, *shapes: tuple[int | None, ...]) -> Array 
     return values
 
 
-def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
-    return len(shape) == len(wanted) and all(
-        there in (None, here) for here, there in zip(shape, wanted, strict=True)
-    )
-
-
 @lru_cache(maxsize=256)
 def _ranks_before(reality: Reality, task: Task) -> tuple[float, float]:
-    """Return how well the nominal simulator expects the rewards, the same for every method."""
+    """Return how well the nominal simulator predicts the rewards, equal for every method."""
     nominal = displacements(landscape(reality.nominal))
     return _ranks(nominal, task, task.reward(truth(reality)))
 
@@ -393,7 +386,7 @@ def _ranks_before(reality: Reality, task: Task) -> tuple[float, float]:
 def _ranks(
     expected: Array | None, task: Task, rewards: Array, among: NDArray[np.bool_] | None = None
 ) -> tuple[float, float]:
-    """Return how well rewards of some or all were expected: SRCC and Kendall's tau, or NaN."""
+    """Return how well rewards of some or all were predicted: SRCC and Kendall's tau, or NaN."""
     if expected is None or (among is not None and among.sum() < 2):
         return np.nan, np.nan
     reward = expected if expected.ndim == 1 else task.reward(expected)
@@ -403,14 +396,14 @@ def _ranks(
 
 
 def _heading_off(expected: Array | None, world: World, left: NDArray[np.bool_]) -> float:
-    """Return the error of the headings expected; NaN where none were."""
+    """Return the error of the expected headings; NaN if there are none."""
     if expected is None or expected.ndim == 1:
         return np.nan
     return heading_error(expected[left], world.displacement[left])
 
 
 def heading_error(expected: Array, real: Array) -> float:
-    """Return the mean angle between displacements, degrees, of those that travel in both."""
+    """Return the mean angle between displacements, degrees, of designs that travel in both."""
     ours, theirs = expected[:, :2], real[:, :2]
     lengths = np.hypot(*ours.T), np.hypot(*theirs.T)
     moves = (lengths[0] > LITTLE) & (lengths[1] > LITTLE)

@@ -1,4 +1,4 @@
-"""The nominal simulator as a transfer method may use it."""
+"""The nominal simulator, as transfer methods use it."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ class SimulationBudgetError(ValueError):
 
 
 class Simulator:
-    """The nominal simulator, and others of the same engine, which count what they simulate.
+    """The nominal simulator, and other physics of its engine; it counts simulations.
 
-    What diverges has the displacement 0.
+    A design that diverges has the displacement 0.
 
     Parameters
     ----------
     nominal : Physics
-        What is believed of the world.
+        The believed physics of the world.
     simulations : int, optional
-        As many designs may be simulated, whatever the physics; without end where None. What was
-        simulated as part of a landscape before is not counted again.
+        The most designs that may be simulated, under any physics; unlimited by default. Designs of
+        a landscape that was simulated before are not counted again.
     testable : array_like of bool, shape (6561,), optional
-        Which designs can be tried in reality; all where None.
+        Which designs can be tested in reality; by default all.
     progress : callable (done, total), optional
-        Is told how many of several landscapes there are.
+        Called with the number of landscapes that are done, of several.
 
     Raises
     ------
     TypeError, ValueError
-        For what is no number of simulations, or a mask of another shape or type, or of no design.
+        If the number of simulations is invalid, or the mask has another shape or type or is empty.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Simulator:
     testable : ndarray of bool, shape (6561,)
         Read-only.
     used : int
-        How many designs were simulated.
+        Number of simulated designs.
     """
 
     def __init__(
@@ -81,13 +81,13 @@ class Simulator:
     def landscape(self, physics: Physics | None = None) -> Array:
         """Return the displacement of every design, shape (6561, 3), voxel widths; read-only.
 
-        Under the nominal physics where none is given. Others are simulated and kept, as
-        `softvox_gym.landscape` does.
+        By default under the nominal physics. Others are simulated and stored, as by
+        `softvox_gym.landscape`.
 
         Raises
         ------
         SimulationBudgetError
-            Where so many designs may not be simulated.
+            If the budget does not allow as many designs.
         """
         which = self.nominal if physics is None else physics
         if which not in self._known:
@@ -115,9 +115,9 @@ class Simulator:
         Raises
         ------
         SimulationBudgetError
-            Where so many designs may not be simulated.
+            If the budget does not allow as many designs.
         TypeError, ValueError
-            For what are no designs; see `softvox_gym.simulate`.
+            If the designs are invalid; see `softvox_gym.simulate`.
         """
         stack = stack_of(designs)
         self._spend(len(stack))
@@ -125,7 +125,7 @@ class Simulator:
         return np.nan_to_num(result.displacement)
 
     def mean_height(self) -> Array:
-        """Return the mean height of every design's centre of mass over its start, (6561,).
+        """Return the mean height of every design's centre of mass above its start, (6561,).
 
         Under the nominal physics, one sample per cycle, voxel widths; read-only.
 
@@ -138,9 +138,9 @@ class Simulator:
         return _mean_height(self.nominal)
 
     def noisy(self, level: float = 1.0) -> Array:
-        """Return the mean displacement of every design under noise of a level, shape (6561, 3).
+        """Return the mean displacement of every design under noise at a level, shape (6561, 3).
 
-        It ships with the package, and costs no simulations; dz is 0. See
+        The data ships with the package, and costs no simulations; dz is 0. See
         `softvox_gym.noisy_landscape`, which was measured under the published physics.
         """
         table = noisy_landscape(level)
@@ -164,7 +164,7 @@ def _landscape(physics: Physics) -> Array:
 
 @lru_cache(maxsize=8)
 def _stack(models: tuple[Physics, ...]) -> Array:
-    """Return landscapes, once for all the runs that hold the same models."""
+    """Return landscapes, cached for all runs with the same models."""
     made = np.stack([_landscape(physics) for physics in models])
     made.flags.writeable = False
     return made

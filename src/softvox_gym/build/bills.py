@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
+from numbers import Integral
 
 from softvox_gym.build.plans import PER_GROUP, Plan, plan
 from softvox_gym.data import records
@@ -154,7 +155,9 @@ def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VO
     Raises
     ------
     ValueError
-        If a robot can't be built, or copies or mould_voxels is below 1.
+        If a robot can't be built, or copies or mould_voxels is not a whole number from 1.
+    TypeError
+        If plans are not `Plan` objects.
 
     Examples
     --------
@@ -163,9 +166,11 @@ def bill(plans: Sequence[Plan], copies: int = 1, *, mould_voxels: int = MOULD_VO
     (622.0, 3, 4.5)
     """
     for name, value in (("copies", copies), ("mould_voxels", mould_voxels)):
-        if value < 1:
+        if not isinstance(value, Integral) or value < 1:
             raise ValueError(f"{name} must be a whole number from 1, got {value}")
     for one in plans:
+        if not isinstance(one, Plan):
+            raise TypeError(f"plans must be what plan(design) returns, got a {type(one).__name__}")
         if one.problems:
             raise ValueError(f"design {one.design.digits} can't be built: {one.problems[0]}")
     needed = _counted(plans, copies)

@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 128 + getattr(signal, "SIGPIPE", 13)
     except OSError as error:
         _drop_output()
-        complain("error", f"cannot write the output: {error.strerror}")
+        complain("error", f"{error.filename or 'cannot write the output'}: {error.strerror}")
         return 2
     except Stopped as stop:
         notes = getattr(stop, "__notes__", ["no file was left half written"])

@@ -18,6 +18,7 @@ from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import archive_of, check_folder, write_folder
 from softvox_gym.landscapes.analysis import analyse
 from softvox_gym.landscapes.analysis.phased import analyse_phased
+from softvox_gym.landscapes.cache import cache_path
 from softvox_gym.landscapes.section import Column, Section
 from softvox_gym.landscapes.table import (
     AXES,
@@ -26,7 +27,6 @@ from softvox_gym.landscapes.table import (
     N_DESIGNS,
     PHASED_DIGESTS,
     Table,
-    cache_path,
     compute,
     phased,
     phased_lattice,

@@ -18,12 +18,12 @@ from softvox_gym.trials.trial import Trial
 #: Where trials are, unless something else is said; in the current folder.
 DEFAULT = Path("trials")
 
-#: Options whose fact of a trial has to be as they say, and those whose text it has to contain.
+#: Options that must equal a fact of a trial, and those that may also be a part of it.
 EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz", "simulated_in": "reality"}
-CONTAINED = ("surface", "powder", "who")
+TEXTS = ("surface", "powder", "who")
 
 #: What `add_filters` adds.
-FILTERS = ("design", "lattice", *EQUAL, *CONTAINED)
+FILTERS = ("design", "lattice", *EQUAL, *TEXTS)
 
 
 def add_trials(parser: ArgumentParser) -> None:
@@ -100,11 +100,21 @@ def add_filters(parser: Any) -> None:
         "--source", choices=("measured", "simulated"), help="only trials of this source"
     )
     parser.add_argument("--simulated-in", metavar="NAME", help="only trials of this reality")
-    parser.add_argument("--surface", metavar="TEXT", help="only surfaces that contain TEXT")
-    parser.add_argument("--powder", metavar="TEXT", help="only powders that contain TEXT")
-    parser.add_argument("--kpa", type=number, metavar="X", help="only this pressure of the pump")
-    parser.add_argument("--hz", type=number, metavar="X", help="only this frequency of the pump")
-    parser.add_argument("--who", metavar="TEXT", help="only trials by people whose name has TEXT")
+    parser.add_argument(
+        "--surface",
+        metavar="TEXT",
+        help="only this surface, or if no trial has it, surfaces that contain TEXT",
+    )
+    parser.add_argument("--powder", metavar="TEXT", help="likewise; '' for trials without one")
+    for option, what in (("--kpa", "pressure"), ("--hz", "frequency")):
+        words = f"only this {what} of the pump; '' for trials without one"
+        parser.add_argument(option, type=_number_or_none, metavar="X", help=words)
+    parser.add_argument("--who", metavar="TEXT", help="only trials by these people, likewise")
+
+
+def _number_or_none(text: str) -> float | str:
+    """Read a number, or "" for none."""
+    return number(text) if text else text
 
 
 def measured_of(args: Namespace) -> MeasuredReality | None:
@@ -157,14 +167,23 @@ def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
 
 def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
     """Return the trials that the options of `add_filters` choose; all where none is given."""
+    given = ((name, vars(args)[name]) for name in TEXTS)
+    texts = [_of_text(trials, name, text) for name, text in given if text is not None]
     return [
         trial
         for trial in trials
         if args.design in (None, str(called(trial.design)), trial.design.digits)
         and args.lattice in (None, str(trial.design.lattice))
-        and all(vars(args)[name] in (None, getattr(trial, key)) for name, key in EQUAL.items())
         and all(
-            (vars(args)[name] or "").casefold() in getattr(trial, name).casefold()
-            for name in CONTAINED
+            vars(args)[name] in (None, getattr(trial, key) or "") for name, key in EQUAL.items()
         )
+        and all(trial in some for some in texts)
     ]
+
+
+def _of_text(trials: Sequence[Trial], name: str, text: str) -> set[Trial]:
+    """Return the trials of which a text is that, whatever its case; where none is, has it in it."""
+    own = {trial: getattr(trial, name).casefold() for trial in trials}
+    wanted = text.casefold()
+    exact = {trial for trial, value in own.items() if value == wanted}
+    return exact or {trial for trial, value in own.items() if text and wanted in value}

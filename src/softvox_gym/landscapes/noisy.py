@@ -52,7 +52,7 @@ def noisy_landscape(level: float = 1.0) -> Table:
     """
     if level not in LEVELS:
         known = ", ".join(f"{one:g}" for one in LEVELS)
-        raise ValueError(f"no landscape at noise level {level}; there are levels {known}")
+        raise ValueError(f"no landscape at noise level {level!r}; there are levels {known}")
     rows = _measured()[name_of(level)].copy() if level else _exact()
     return Table.of(rows, Physics.published())
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import io
 import json
-import os
 import sys
 from functools import lru_cache
 from importlib.resources import files
@@ -19,10 +15,9 @@ from numpy.typing import NDArray
 from softvox_gym.design import BodyFacts
 from softvox_gym.engine import Progress
 from softvox_gym.evaluation import DISPLACEMENT, Evaluation
-from softvox_gym.files import OutputError, write_file
+from softvox_gym.landscapes import cache
 from softvox_gym.landscapes.section import Column, Section, aligned
 from softvox_gym.lattice import Lattice
-from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress as ProgressBar
 from softvox_gym.realities import PhysicsLike, Reality, realities
@@ -51,9 +46,6 @@ MOST_PHASES = 4
 
 #: Designs of several phases that are simulated and stored as one block.
 BLOCK = 2**15
-
-#: Format of the files in the user's cache folder; increase it when `ROW` or the format changes.
-FORMAT = 3
 
 AXES = ("dx", "dy", "dz")
 _BODY = [("n_voxels", "i8"), ("n_active", "i8"), ("is_connected", "?")]
@@ -195,14 +187,14 @@ def _landscape(reality: Reality) -> Table:
         return table
     if (found := _archived(_names().get(_facts(reality)))) is not None:
         return _table(physics, *found)
-    path = cache_path(reality)
+    path = cache.cache_path(reality)
     if path is None:
         return compute(reality)
-    kept = _read(path)
+    kept = cache.read(path)
     if kept is not None:
         return _table(physics, kept[:, :3], kept[:, 3].astype(np.int32))
     table = compute(reality)
-    _write(path, np.stack([table[name] for name in (*AXES, "steps")], axis=-1))
+    cache.write(path, np.stack([table[name] for name in (*AXES, "steps")], axis=-1))
     return table
 
 
@@ -239,7 +231,7 @@ def known(reality: Reality, lattice: Lattice) -> Known | None:
     """Return a landscape of several phases if it ships or is in the user's cache folder."""
     if lattice == phased_lattice(2) and reality.plain_physics == Physics.published():
         return _two_phases()
-    path = cache_path(reality, lattice)
+    path = cache.cache_path(reality, lattice)
     return _kept(path) if path is not None and path.exists() else None
 
 
@@ -258,7 +250,7 @@ def _two_phases() -> Known:
 
 @lru_cache(maxsize=2)
 def _kept(path: Path) -> Known | None:
-    values = _read(path)
+    values = cache.read(path)
     return None if values is None else Known(values[:, :3], values[:, 3].astype(np.int32))
 
 
@@ -270,11 +262,11 @@ def simulated(
     progress: Progress | None = None,
 ) -> Known:
     """Simulate all designs, block by block, reusing the blocks that a stopped run has stored."""
-    n, path = lattice.n_designs, cache_path(reality, lattice)
+    n, path = lattice.n_designs, cache.cache_path(reality, lattice)
     parts, blocks = [], []
     for begin in range(0, n, BLOCK):
         part = None if path is None else path.with_name(f"{path.stem}-{begin}.npy")
-        values = None if part is None else _read(part)
+        values = None if part is None else cache.read(part)
         if values is None:
             numbers = np.arange(begin, min(begin + BLOCK, n))
             kinds, phase = lattice.pumped(lattice.to_stack(lattice.digits(numbers)))
@@ -286,12 +278,12 @@ def simulated(
             )
             values = np.column_stack([result.displacement, result.steps])
             if part is not None:
-                _write(part, values)
+                cache.write(part, values)
         parts += [] if part is None else [part]
         blocks.append(values)
     whole = np.concatenate(blocks)
     if path is not None:
-        _write(path, whole)
+        cache.write(path, whole)
         _kept.cache_clear()
         if path.exists():
             for part in parts:
@@ -463,55 +455,3 @@ def no_table(lattice: Lattice) -> str:
         f"the landscape of the {lattice} lattice is not on this machine; "
         f"softvox landscape --phases {lattice.phases} makes it"
     )
-
-
-def cache_path(physics: Physics | Reality, lattice: Lattice = LATTICE) -> Path | None:
-    """Return the cache path for the landscape of a physics; None if the user has no folder.
-
-    The name identifies everything that the table depends on: the values of the physics or the
-    reality, the engine's results for some designs, and the format.
-    """
-    facts = Reality.of(physics).to_dict()
-    identity = {"format": FORMAT, "engine": engine_probe(), **facts}
-    if lattice != LATTICE:
-        identity["lattice"] = [*lattice, lattice.phases]
-    name = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
-    folder = os.environ.get("SOFTVOX_CACHE")
-    try:
-        return (Path(folder) if folder else _user_folder()) / f"landscape-{name}.npy"
-    except RuntimeError:  # no home folder
-        return None
-
-
-def _user_folder() -> Path:
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "softvox-gym"
-    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (base if base.is_absolute() else Path.home() / ".cache") / "softvox-gym"
-
-
-def _write(path: Path, values: NDArray[np.float64]) -> None:
-    """Store the data of a table, as `_read` returns it, with a digest, if the folder allows."""
-    array = io.BytesIO()
-    np.save(array, values)
-    content = array.getvalue()
-    with contextlib.suppress(OSError, OutputError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, content + _seal(path, content), force=True)
-
-
-def _read(path: Path) -> NDArray[np.float64] | None:
-    """Return displacements and steps, shape (n, 4); None if there are none or they are damaged."""
-    try:
-        content = path.read_bytes()
-    except OSError:
-        return None
-    array, seal = content[:-32], content[-32:]
-    if seal != _seal(path, array):
-        return None
-    kept: NDArray[np.float64] = np.load(io.BytesIO(array))
-    return kept
-
-
-def _seal(path: Path, content: bytes) -> bytes:
-    return hashlib.sha256(path.name.encode() + content).digest()

@@ -1,4 +1,4 @@
-"""Trials: a database of runs of robots that grows, held against what was simulated."""
+"""Trials: a growing database of runs of robots, compared with simulations."""
 
 from softvox_gym.trials.comparison import Comparison, compare
 from softvox_gym.trials.database import read

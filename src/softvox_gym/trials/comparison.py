@@ -1,7 +1,8 @@
-"""Trials held against the simulator, design by design, and against each other.
+"""Comparison of trials with the simulator, design by design, and with each other.
 
-By how much a robot moves another way than simulated says little without by how much two trials of
-it differ: every error is told beside that. docs/trials-compare.md defines the numbers.
+The difference between a robot and its simulation says little without the difference between two
+trials of the robot, so every error is given beside that. docs/trials-compare.md defines the
+numbers.
 """
 
 from __future__ import annotations
@@ -34,20 +35,20 @@ from softvox_gym.real_tracks import (
 from softvox_gym.real_tracks import compare as compare_tracks
 from softvox_gym.realities import PhysicsLike, Reality
 from softvox_gym.trials.measured import laid, pair
-from softvox_gym.trials.trial import Condition, Trial
+from softvox_gym.trials.trial import Condition, Trial, several
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Of the cycles asked for: a film that ends no earlier before their end is taken to show it.
+#: Share of the requested cycles: a film that ends at most this much too early counts as complete.
 SHORT = 0.02
 
-#: Points of each track that dynamic time warping matches; designs that a correlation takes.
+#: Points of each track for dynamic time warping; designs needed for a correlation.
 SAMPLES, LEAST = 200, 4
 
 #: Pairs of tracks that are warped at once; a few megabytes.
 AT_ONCE = 16
 
-#: What is told of two tracks: heading and places for people, "" for what is for programs only.
+#: Errors between two tracks: heading and decimals of the display, "" for JSON and CSV only.
 ERRORS = {
     "distance_error": ("", ".2f"),
     "heading_error": ("heading off", ".0f"),
@@ -57,7 +58,7 @@ ERRORS = {
     "dtw": ("DTW", ".2f"),
 }
 
-#: What people see of all else.
+#: Displayed columns of all other numbers.
 _SHOWN = {
     "design": ("design", ""),
     "trials": ("trials", ""),
@@ -82,17 +83,17 @@ its 95 % interval by Fisher's transformation. tau: Kendall's rank correlation of
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Row:
-    """The trials of one design under one condition, and how the simulator moves it.
+    """The trials of one design under one condition, and its simulation.
 
     Parameters
     ----------
     trials : tuple of Trial
     cycles : (float, float)
-        Of the real and of the simulated robot, after which they are compared.
+        Cycles of the real and of the simulated robot after which they are compared.
     diverged : bool
-        Whether the simulated one did; it then stands still.
+        Whether the simulated robot diverged; it then stands still.
     tracks : tuple of RealTrack
-        The simulated one and that of each trial, in voxel widths; time is in simulated cycles.
+        The simulated track and that of each trial, in voxel widths; time is in simulated cycles.
     """
 
     trials: tuple[Trial, ...]
@@ -112,23 +113,23 @@ class Row:
 
     @cached_property
     def compared(self) -> tuple[Compared, ...]:
-        """Every trial held against the simulated track, lengths in voxel widths."""
+        """The comparison of every trial with the simulated track, lengths in voxel widths."""
         return tuple(_compared(track, self.tracks[0]) for track in self.tracks[1:])
 
     @cached_property
     def speeds(self) -> Array:
-        """Voxel widths per cycle, of each of the tracks; NaN where they have no whole cycle."""
+        """Speed of each track, voxel widths per cycle; NaN without a whole cycle."""
         real, own = self.cycles
         return np.array([speed(track, real if i else own) for i, track in enumerate(self.tracks)])
 
     @cached_property
     def errors(self) -> Array:
-        """Of each trial against the simulated track, in the order of `ERRORS`, shape (n, 6)."""
+        """Errors of each trial against the simulated track, in the order of `ERRORS`, (n, 6)."""
         return self._errors((i, 0) for i in range(1, len(self.tracks)))
 
     @cached_property
     def repeatability(self) -> Array:
-        """The same of each pair of trials, shape (n (n - 1) / 2, 6)."""
+        """Errors between each pair of trials, shape (n (n - 1) / 2, 6)."""
         return self._errors(combinations(range(1, len(self.tracks)), 2))
 
     def _errors(self, pairs: Iterable[tuple[int, int]]) -> Array:
@@ -146,7 +147,7 @@ class Row:
         return np.array(rows, dtype=np.float64).reshape(len(rows), len(ERRORS))
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers by name; None for what there is not."""
+        """Return all numbers by name; None if there is none."""
         end, *ends = (track.position[-1] for track in self.tracks)
         far = np.hypot(*np.transpose(ends))
         made = {
@@ -178,16 +179,16 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Comparison:
-    """Trials held against a simulator.
+    """Trials compared with a simulator.
 
     Parameters
     ----------
     rows : tuple of Row
-        For every design and condition, by condition and then by design.
+        One per design and condition, ordered by condition and then by design.
     world : Reality
         The simulator.
     left_out : tuple of Trial
-        Those that are shorter than was asked for.
+        Trials that are shorter than requested.
     """
 
     rows: tuple[Row, ...]
@@ -200,7 +201,7 @@ class Comparison:
 
     @cached_property
     def conditions(self) -> dict[Condition, Section]:
-        """The table of each condition, and as its facts what holds over all its designs."""
+        """The table of each condition, with statistics over all its designs as facts."""
         groups = groupby(self.rows, key=lambda row: row.condition)
         return {condition: _section(list(rows)) for condition, rows in groups}
 
@@ -217,21 +218,21 @@ def compare(
     cycles: ArrayLike | None = None,
     **options: Any,
 ) -> Comparison:
-    """Hold trials against the simulator, those of a design under one condition together.
+    """Compare trials with the simulator, grouping those of a design under one condition.
 
     Parameters
     ----------
     trials : iterable of Trial
-        Of designs on any lattice.
+        Trials of designs on any lattice.
     physics : str, dict, Physics or Reality
-        The simulator, but for the duration. What the trials say of their condition changes nothing
-        of it.
+        The simulator; its duration is ignored. The conditions recorded in the trials do not change
+        it.
     cycles : float or (float, float), optional
-        After which both are compared, or those of the real and of the simulated robots, as the
-        paper's (90, 23): the time of the real track is then mapped onto that of the simulated one.
-        Where None, those of the shortest trial under the condition.
+        Cycles after which both are compared, or those of the real and of the simulated robots, such
+        as the paper's (90, 23): the time of the real track is then mapped onto that of the
+        simulated one. By default those of the shortest trial under the condition.
     **options
-        Threads and progress, as `softvox_gym.simulate` takes them.
+        Threads and progress, as in `softvox_gym.simulate`.
 
     Returns
     -------
@@ -240,7 +241,7 @@ def compare(
     Raises
     ------
     TypeError, ValueError
-        Where there is nothing to compare, or for cycles that can't be.
+        If there is nothing to compare, or the cycles are invalid.
 
     Notes
     -----
@@ -250,7 +251,7 @@ def compare(
 
     Examples
     --------
-    Two runs made of a pseudo-reality, in which most robots turn round:
+    Two runs made from a pseudo-reality in which most robots turn round:
 
     >>> from softvox_gym import reality
     >>> from softvox_gym.calibration import tracks_of
@@ -267,9 +268,7 @@ def compare(
     >>> f"{row['heading_error']:.0f} degrees, {row['rms_error_multiple']:.0f} times"
     '164 degrees, 29 times'
     """
-    given = list(trials)
-    if others := [one for one in given if not isinstance(one, Trial)]:
-        raise TypeError(f"trials must be Trials, got a {type(others[0]).__name__}")
+    given = several(trials)
     if not given:
         raise ValueError("there are no trials to compare; give one at least")
     world = Reality.of(physics)
@@ -307,8 +306,8 @@ def compare(
 def warped(first: Array, second: Array) -> Array:
     """Return the distances of tracks, shapes (..., n, 2) and (..., m, 2), by dynamic time warping.
 
-    Their points are matched in order, none left out, so that the sum of distances is least. A step
-    along both tracks counts twice, and the sum is divided by n + m: a mean distance.
+    Points are matched in order, without leaving any out, so that the sum of distances is least. A
+    step along both tracks counts twice, and the sum is divided by n + m: a mean distance.
 
     Notes
     -----
@@ -318,7 +317,7 @@ def warped(first: Array, second: Array) -> Array:
     """
     n, m = first.shape[-2], second.shape[-2]
     apart = np.hypot(*np.moveaxis(first[..., np.newaxis, :] - second[..., np.newaxis, :, :], -1, 0))
-    # Least sums on the two diagonals before, at i + 1; at 0 there is nothing, or the start.
+    # Least sums on the two previous diagonals, at i + 1; at 0 there is nothing, or the start.
     earlier, before = np.full((2, *apart.shape[:-2], n + 1), np.inf)
     earlier[..., 0] = 0.0
     for diagonal in range(n + m - 1):
@@ -331,9 +330,9 @@ def warped(first: Array, second: Array) -> Array:
 
 
 def speed(track: RealTrack, cycles: float) -> float:
-    """Return how far a robot gets in a cycle, the mean over whole cycles; NaN where there is none.
+    """Return a robot's speed per cycle, the mean over whole cycles; NaN without a whole cycle.
 
-    The track lasts so many cycles of the robot, whatever its time is counted in.
+    The track lasts this many cycles of the robot, whatever its unit of time.
     """
     whole = floor(cycles + 1e-9)
     times = np.linspace(0.0, float(track.cycle[-1]) * (whole / cycles), whole + 1)
@@ -353,14 +352,14 @@ def _order(trial: Trial) -> tuple[Any, ...]:
 
 
 def _samples(cycles: float) -> int:
-    """Return how many samples after the start reach to the end of so many cycles."""
+    """Return how many samples after the start reach the end of this many cycles."""
     return max(1, ceil(cycles * PER_CYCLE - 1e-6))
 
 
 def _simulated(
     designs: Iterable[Design], world: Reality, cycles: float, **options: Any
 ) -> dict[Design, Array]:
-    """Return the tracks of designs in a world for so many cycles, one batch per lattice."""
+    """Return the tracks of designs in a world for some cycles, one batch per lattice."""
     made: dict[Design, Array] = {}
     lasting = replace(world, physics=world.physics.lasting(_samples(cycles) / PER_CYCLE))
     lattices: dict[Lattice, list[Design]] = {}
@@ -384,7 +383,7 @@ def _row(trials: tuple[Trial, ...], cycles: tuple[float, float], simulated: Arra
 
 
 def _compared(first: RealTrack, second: RealTrack) -> Compared:
-    """Hold a track against another one that lasts as long."""
+    """Compare a track with another one of equal duration."""
     grid = np.arange(_samples(float(first.cycle[-1])) + 1) / PER_CYCLE
     other = track_at(grid, second.cycle, second.position)
     return compare_tracks(first, other, PER_CYCLE)
@@ -396,13 +395,13 @@ def _mean(values: Array) -> float | None:
 
 
 def _spread(values: Array) -> float | None:
-    """Return the standard deviation; None of fewer than two values."""
+    """Return the standard deviation; None for fewer than two values."""
     known = values[np.isfinite(values)]
     return float(known.std(ddof=1)) if known.size > 1 else None
 
 
 def _section(rows: Sequence[Row]) -> Section:
-    """Return the table of a condition, and what holds over its designs."""
+    """Return the table of a condition, with statistics over its designs."""
     records = [row.record() for row in rows]
     simulated, real, errors, multiples = (
         np.array([record[name] for record in records], dtype=np.float64)
@@ -429,9 +428,9 @@ def _section(rows: Sequence[Row]) -> Section:
         "more than 90."
         if angles.size
         else "No design has a heading in both worlds.",
-        "\nRMS errors are {rms_multiple:.1f} times what trials of a design differ by (median)."
+        "\nRMS errors are {rms_multiple:.1f} times the difference between trials (median)."
         if usual.size
-        else "\nNo design has two trials that differ, so nothing says how large these errors are.",
+        else "\nNo design has two trials that differ, so errors have no scale.",
     ]
     return Section(
         title=str(rows[0].condition),
@@ -444,7 +443,7 @@ def _section(rows: Sequence[Row]) -> Section:
 
 
 def _about(rows: Sequence[Row]) -> str:
-    """Return which cycles of a condition are compared, in words."""
+    """Return the compared cycles of a condition, in words."""
     real, simulated = rows[0].cycles
     if real != simulated:
         return f"{real:g} real cycles laid over {simulated:g} simulated ones"
@@ -458,7 +457,7 @@ def _about(rows: Sequence[Row]) -> str:
 
 
 def _correlation(simulated: Array, real: Array) -> dict[str, float | None]:
-    """Return Pearson's correlation with Fisher's band, and Kendall's; None where there is none."""
+    """Return Pearson's correlation with Fisher's band, and Kendall's; None if undefined."""
     values: Iterable[float | None] = [None] * 4
     if len(real) >= LEAST and np.ptp(simulated) > 0 and np.ptp(real) > 0:
         srcc = np.clip(pearson(simulated, real), -1, 1)  # rounding aside

@@ -1,7 +1,7 @@
 """A database of trials: a folder of their files, each named by the digest of its content.
 
-Nothing else is kept in it, no index: two labs' folders are merged by copying files, and what a
-folder holds is what its files say. docs/trials-database.md describes both.
+It holds nothing else, and no index: you merge two labs' folders by copying files, and the files
+alone define a folder's content. docs/trials-database.md describes both.
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from typing import Any, NamedTuple
 
 from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
-from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError
+from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError, several
 
-#: Of the files' names.
+#: The form of the files' names.
 ENDING = ".json"
 
 
 class Checked(NamedTuple):
-    """What `check` found in some folders."""
+    """The findings of `check` in some folders."""
 
-    trials: tuple[Trial, ...]  #: That are whole, sorted by digest, each once.
+    trials: tuple[Trial, ...]  #: The valid trials, sorted by digest, each once.
     faults: tuple[str, ...]  #: Lines that name the file and the remedy.
-    doubts: tuple[str, ...]  #: Lines about what may be right, and looks as if it were not.
+    doubts: tuple[str, ...]  #: Lines about trials that may be correct but look suspicious.
 
 
 class Added(NamedTuple):
-    """What `add` and `merge` were given, sorted by digest, each once."""
+    """The trials given to `add` or `merge`, sorted by digest, each once."""
 
-    new: tuple[Trial, ...]  #: Those that were written.
-    known: tuple[Trial, ...]  #: Those that the folder held, be it of other provenance.
+    new: tuple[Trial, ...]  #: The trials that were written.
+    known: tuple[Trial, ...]  #: Those already there, perhaps of other provenance.
 
 
 def shipped() -> Path:
@@ -39,53 +39,60 @@ def shipped() -> Path:
     return Path(__file__).parents[1] / "data" / "trials"
 
 
-def read(*folders: Path) -> tuple[Trial, ...]:
+def read(*folders: Path | str) -> tuple[Trial, ...]:
     """Return the trials of some folders, sorted by digest, each once.
 
-    Files whose names don't end in .json are left alone, and hidden ones.
+    Ignores hidden files and files whose names don't end in .json.
 
     Raises
     ------
     TrialError
-        For the first fault that `check` finds, or where there is no such folder.
+        For the first fault that `check` finds, or if a folder does not exist.
     """
-    return _sorted(_held(folders))
+    return _sorted(_held(map(Path, folders)))
 
 
-def check(*folders: Path) -> Checked:
-    """Tell all that is wrong in folders, and between them; TrialError where there is none."""
-    held, faults = _checked(folders)
+def check(*folders: Path | str) -> Checked:
+    """Return all faults in folders, and between them; TrialError if a folder does not exist."""
+    paths = [Path(folder) for folder in folders]
+    held, faults = _checked(paths)
     left = [
         f"{path} is left of a command that was interrupted; delete it, unless one runs now"
-        for folder in folders
+        for folder in paths
         for path in sorted(folder.glob(".*.json.partial-*"))
     ]
     return Checked(_sorted(held), tuple(faults), (*left, *_copies(held)))
 
 
 def add(
-    folder: Path, trials: Iterable[Trial] | Mapping[Trial, object], *, refuse_copies: bool = False
+    folder: Path | str,
+    trials: Iterable[Trial] | Mapping[Trial, object],
+    *,
+    refuse_copies: bool = False,
 ) -> Added:
-    """Add trials, or a mapping of them to what errors call each, to a folder, which may be new.
+    """Add trials, or a mapping from trials to their names in errors, to a folder, even a new one.
 
-    Every file appears whole. Whatever interrupts it, what is there is good, and the same call again
-    completes it. Several processes may add to one folder.
+    Every file is written completely or not at all. After an interruption the existing files are
+    valid, and the same call completes the work. Several processes may add to one folder.
 
     Parameters
     ----------
-    folder : Path
+    folder : Path or str
     trials : iterable of Trial, or mapping of Trial to str or Path
     refuse_copies : bool
-        Refuse a measured track that another trial has too, of these or of the folder.
+        Refuse a measured track that another trial, given or in the folder, has too.
 
     Raises
     ------
     TrialError
-        Before anything is written: where the folder has a fault, or two trials, of these or of the
+        Before anything is written, if the folder has a fault, or two trials, given or in the
         folder, describe the same run differently.
+    TypeError
+        For what are no trials.
     """
+    folder = Path(folder)
     places: Mapping[Trial, object] = (
-        trials if isinstance(trials, Mapping) else dict.fromkeys(trials, "a trial to add")
+        trials if isinstance(trials, Mapping) else dict.fromkeys(several(trials), "a trial to add")
     )
     check_folder(folder, (), force=True)
     held = _held([folder]) if folder.is_dir() else {}
@@ -99,7 +106,7 @@ def add(
         raise TrialError(fault)
     folder.mkdir(exist_ok=True)
     try:
-        for trial in new:  # whoever writes the same file meanwhile writes the same bytes
+        for trial in new:  # another process that writes this file meanwhile writes the same bytes
             write_file(folder / name_of(trial), trial.to_bytes(), force=True)
     except BaseException as stop:
         stop.add_note("the trials written so far are kept; the same command goes on")
@@ -107,9 +114,9 @@ def add(
     return Added(new, known)
 
 
-def merge(into: Path, *others: Path) -> Added:
-    """Add what other folders hold to a folder, as `add` does; errors name the files of both."""
-    return add(into, _held(others))
+def merge(into: Path | str, *others: Path | str) -> Added:
+    """Add the trials of other folders to a folder, as `add` does; errors name both files."""
+    return add(into, _held(map(Path, others)))
 
 
 def name_of(trial: Trial) -> str:
@@ -122,7 +129,7 @@ def _sorted(trials: Iterable[Trial]) -> tuple[Trial, ...]:
 
 
 def _is_same(trial: Trial, other: Trial) -> bool:
-    """Return whether they say the same, be it read from another file."""
+    """Return whether two trials have the same facts, even if read from different files."""
     return trial == other or replace(trial, provenance=other.provenance) == other
 
 
@@ -162,8 +169,8 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _read(path: Path) -> Trial:
-    """Read a file; TrialError that names it where it is no trial, or not named by its digest."""
-    if path.exists() and not path.is_file():  # a pipe would keep us waiting
+    """Read a file; TrialError that names it if it is no trial or is not named by its digest."""
+    if path.exists() and not path.is_file():  # reading a pipe could block
         raise TrialError(f"{path} is no file; take it out")
     try:
         with path.open("rb") as file:
@@ -186,7 +193,7 @@ def _read(path: Path) -> Trial:
 def _pairs(
     places: Mapping[Trial, object], key: Callable[[Trial], Any]
 ) -> Iterator[tuple[Trial, Trial]]:
-    """Yield every trial that has a key, not None, of an earlier one; and that."""
+    """Yield every trial that shares a key, not None, with an earlier one, and that one."""
     first: dict[Any, Trial] = {}
     for trial in places:
         own = key(trial)
@@ -195,7 +202,7 @@ def _pairs(
 
 
 def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
-    """Yield a line for every trial of a run that another one describes as well."""
+    """Yield a line for every trial whose run another trial describes too."""
     for trial, other in _pairs(places, lambda trial: trial.run):
         yield (
             f"{places[trial]} and {places[other]} describe the same run differently "
@@ -205,14 +212,14 @@ def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
 
 
 def _run(trial: Trial) -> str:
-    """Return what a person knows a run by."""
+    """Return a description of a run."""
     facts = (trial.robot, trial.reality, trial.surface, trial.date, trial.who)
     number = str(called(trial.design))[:40]
     return ", ".join([number, *filter(None, facts), f"repetition {trial.repetition}"])
 
 
 def _copies(places: Mapping[Trial, object], known: Container[Trial] = ()) -> Iterator[str]:
-    """Yield a line for every trial, not known, whose measured track another one has too."""
+    """Yield a line for every new trial whose measured track another one has too."""
     for trial, other in _pairs(places, _track):
         if trial not in known:
             yield (
@@ -222,9 +229,9 @@ def _copies(places: Mapping[Trial, object], known: Container[Trial] = ()) -> Ite
 
 
 def _track(trial: Trial) -> tuple[bytes, bytes] | None:
-    """Return what two robots can't share; None where they may be alike by chance.
+    """Return a key that two robots can't share; None if tracks may agree by chance.
 
-    That may simulated tracks, those of two points, read off a ruler, and robots that stay.
+    Simulated tracks may, tracks of two points (read off a ruler), and robots that stay in place.
     """
     if trial.source == "simulated" or len(trial.cycle) < 3 or not trial.position.any():
         return None

@@ -1,4 +1,4 @@
-"""Trials for the tools of others: JSON Lines, and Parquet; the same bytes for the same trials."""
+"""Export of trials to JSON Lines and Parquet; the same bytes for the same trials."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any
 
 from softvox_gym.trials.trial import KEYS, PROVENANCE, PROVENANCE_NUMBERS, Trial
 
-#: What a point of a track is.
+#: The columns of a point of a track.
 TRACK = ("cycle", "x_cm", "y_cm")
 
 
 def as_json_lines(trials: Iterable[Trial]) -> bytes:
-    """Return a line of JSON per trial: all that its file says, with its digest before."""
+    """Return one line of JSON per trial: its digest, then all that its file says."""
     lines = (json.dumps(_record(trial), ensure_ascii=False) for trial in trials)
     return "".join(f"{line}\n" for line in lines).encode()
 
 
 def as_parquet(trials: Iterable[Trial]) -> bytes:
-    """Return a table with a row per trial, as JSON Lines have it; ImportError without pyarrow.
+    """Return a table with one row per trial, as in JSON Lines; ImportError without pyarrow.
 
-    In place of the track there are lists, cycle, x_cm and y_cm.
+    The lists cycle, x_cm and y_cm replace the track.
     """
     import pyarrow as pa
     from pyarrow import parquet

@@ -1,4 +1,4 @@
-"""What was measured of some designs, as a reality; of all others nothing is known."""
+"""Measurements of some designs as a reality, in which all other designs are unknown."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from softvox_gym.noise import not_negative
 from softvox_gym.physics import Physics
 from softvox_gym.real_tracks import MOST_CYCLES, RealTrack, track_at
 from softvox_gym.realities import PhysicsLike, Reality, single_physics
-from softvox_gym.trials.trial import Condition, Trial
+from softvox_gym.trials.trial import Condition, Trial, several
 
 Array = NDArray[np.float64]
 
 LATTICE = Lattice()
 
-#: Cycles of two durations that are the same but for the last digits.
+#: Tolerance, in cycles, between durations that differ only in the last digits.
 EXACT = 1e-3
 
 
 @dataclass(frozen=True)
 class MeasuredReality(Reality):
-    """A reality of which is known what some designs did, and nothing else: it can't be simulated.
+    """A reality known only by measurements of some designs; it can't be simulated.
 
-    `from_trials` makes it. Its `physics` stands for the simulator's, and `about` tells what was
-    tried; what is true of the world is not known.
+    `from_trials` makes it. Its `physics` is that of the simulator, and `about` describes the
+    trials; the true physics is unknown.
 
     Parameters
     ----------
     measured : tuple of Trial
-        Of designs of the 2x2x2 lattice, all under the same conditions.
+        Trials of designs of the 2x2x2 lattice, all under the same conditions.
     cycles : float
-        Of actuation, over which the robots are looked at.
+        Cycles of actuation after which the robots are compared.
     name, source, nominal
-        As `Reality` has them.
+        As in `Reality`.
 
     Raises
     ------
@@ -83,16 +83,16 @@ class MeasuredReality(Reality):
 
     @property
     def is_plain(self) -> bool:
-        """Return False: no `Physics` says what was measured."""
+        """Return False: no `Physics` describes the measurements."""
         return False
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what results depend on, ready for JSON: the trials' digests, and the cycles."""
+        """Return what results depend on, ready for JSON: the trials' digests and the cycles."""
         return {"trials": [trial.digest for trial in self.measured], "cycles": self.cycles}
 
     @cached_property
     def designs(self) -> NDArray[np.int64]:
-        """Numbers of the designs that were measured, in order, shape (n,)."""
+        """Numbers of the measured designs, in order, shape (n,)."""
         return np.unique([trial.design.index for trial in self.measured])
 
     @cached_property
@@ -102,7 +102,7 @@ class MeasuredReality(Reality):
 
     @cached_property
     def displacement(self) -> Array:
-        """Of every design, voxel widths, the mean over its runs, shape (6561, 3); dz is 0.
+        """Displacement of every design, voxel widths, the mean over its runs, (6561, 3); dz is 0.
 
         NaN of a design that nobody measured.
         """
@@ -115,7 +115,7 @@ class MeasuredReality(Reality):
     def spread(self) -> Array:
         """Root mean square distance of a design's runs from that mean, voxel widths, (6561,).
 
-        0 of a single run; NaN of a design that nobody measured.
+        0 for a single run; NaN for a design that nobody measured.
         """
         made = np.full(LATTICE.n_designs, np.nan)
         for design, ends in self._ends.items():
@@ -124,19 +124,19 @@ class MeasuredReality(Reality):
 
     @property
     def simulated_cycles(self) -> float:
-        """Of actuation, over which simulated robots are looked at."""
+        """Cycles of actuation after which simulated robots are compared."""
         own = float(self.nominal.cycles)
         return self.cycles if abs(own - self.cycles) < EXACT else own
 
     def against(self, physics: Physics) -> MeasuredReality:
-        """Return it held against another simulator, over as many cycles."""
+        """Return the reality compared with another simulator, over the same cycles."""
         return replace(self, nominal=for_cycles(physics, self.simulated_cycles))
 
     @cached_property
     def tracks(self) -> tuple[RealTrack, ...]:
-        """Of every run over the cycles of the reality, in cm of robots as large as the nominal.
+        """Tracks of every run over the reality's cycles, in cm for robots of the nominal size.
 
-        Time is in simulated cycles. A trial is called by the first twelve digits of its digest,
+        Time is in simulated cycles. The name of a trial is the first twelve digits of its digest,
         with which its file's name begins.
         """
         cycles = self.cycles, self.simulated_cycles
@@ -145,12 +145,12 @@ class MeasuredReality(Reality):
     def mean_track(self, design: int, per_cycle: int) -> Array:
         """Return the mean track of a design's runs, voxel widths, shape (samples, 3); z is 0.
 
-        The last sample is at the end, wherever that is in a cycle.
+        The last sample is at the end, even in mid-cycle.
 
         Raises
         ------
         ValueError
-            For a design that nobody measured.
+            If nobody measured the design.
         """
         self.check_measured(design)
         samples = ceil(round(self.simulated_cycles * per_cycle, 6)) + 1
@@ -160,12 +160,12 @@ class MeasuredReality(Reality):
         return np.column_stack([mean / self._edge_cm, np.zeros(samples)])
 
     def check_measured(self, design: int) -> None:
-        """Refuse a design that nobody measured.
+        """Raise an error if nobody measured a design.
 
         Raises
         ------
         ValueError
-            Naming it, and those that were.
+            The message names the design, and those that were measured.
         """
         if not self.testable[design]:
             raise ValueError(
@@ -174,19 +174,19 @@ class MeasuredReality(Reality):
             )
 
     def trials(self, design: NDArray[np.uint8], *_: object, **__: object) -> NoReturn:
-        """Refuse, as all that simulates designs asks for these: there is no physics to try them in.
+        """Raise an error, because there is no physics; everything that simulates calls this.
 
         Raises
         ------
         ValueError
-            Always; naming the design where nobody measured it.
+            Always; the message names the design if nobody measured it.
         """
         if design.any() and Lattice(*design.shape) == LATTICE:
             self.check_measured(Design(design).index)
         self.run()
 
     def run(self, *_: object, **__: object) -> NoReturn:
-        """Refuse, as `trials` does."""
+        """Raise an error, as `trials` does."""
         raise ValueError(
             f"reality {self.name} was measured and can't be simulated; displacement and tracks "
             f"have what is known, of the designs {some(self.designs.tolist())}"
@@ -198,7 +198,7 @@ class MeasuredReality(Reality):
 
     @cached_property
     def _ends(self) -> dict[int, Array]:
-        """Where the runs of every design end, voxel widths, each of shape (runs, 2)."""
+        """The ends of the runs of every design, voxel widths, each of shape (runs, 2)."""
         ends: dict[int, list[Array]] = {}
         for one in self.tracks:
             ends.setdefault(one.design, []).append(one.position[-1] / self._edge_cm)
@@ -212,20 +212,21 @@ def from_trials(
     nominal: PhysicsLike = "published",
     cycles: ArrayLike | None = None,
 ) -> MeasuredReality:
-    """Return what trials of 2x2x2 designs show as a reality; also `Reality.from_trials`.
+    """Return a reality made from trials of 2x2x2 designs; also `Reality.from_trials`.
 
     Parameters
     ----------
     trials : iterable of Trial
-        As `softvox_gym.trials.read` reads them; all of one surface, powder, pressure and frequency,
-        and all measured or all simulated in one reality. Several runs of a design are averaged.
+        As `softvox_gym.trials.read` reads them; all with one surface, powder, pressure and
+        frequency, and all measured or all simulated in one reality. Several runs of a design are
+        averaged.
     name : str
     nominal : str, dict or Physics
-        The simulator that it is held against, but for the duration.
+        The simulator that it is compared with; its duration is ignored.
     cycles : float or (float, float), optional
-        Of actuation, after which every robot, real or simulated, is looked at, at most 1000; or
-        those of the real and of the simulated robots, as (90, 23): distances are comparable after
-        equal numbers alone. Where None, as many as the shortest run has.
+        Cycles of actuation after which every robot, real or simulated, is compared, at most 1000;
+        or those of the real and of the simulated robots, such as (90, 23); distances are comparable
+        only after equal numbers. By default the cycles of the shortest run.
 
     Returns
     -------
@@ -234,8 +235,8 @@ def from_trials(
     Raises
     ------
     TypeError, ValueError
-        For what are no trials, trials of other lattices or of several conditions, or runs that end
-        before the cycles, naming them.
+        If they are no trials, or of other lattices or of several conditions, or runs end before the
+        cycles; the message names them.
 
     Examples
     --------
@@ -265,12 +266,12 @@ Reality.from_trials = staticmethod(from_trials)
 
 
 def pair(cycles: ArrayLike) -> tuple[float, float]:
-    """Return the cycles of the real and of the simulated robots, of 23 or (90, 23).
+    """Return the cycles of the real and of the simulated robots for 23 or (90, 23).
 
     Raises
     ------
     ValueError
-        For anything else.
+        If it is anything else.
     """
     try:
         real, simulated = np.broadcast_to(np.asarray(cycles, dtype=float), 2).tolist()
@@ -285,19 +286,19 @@ def pair(cycles: ArrayLike) -> tuple[float, float]:
 
 
 def for_cycles(physics: Physics, cycles: float) -> Physics:
-    """Return a physics for so many cycles.
+    """Return a physics with this many cycles.
 
-    The published one is as it is for 15, which it lasts but for the last digits: that landscape
-    ships.
+    The published physics is unchanged for 15 cycles, its duration apart from the last digits: that
+    landscape ships.
     """
     return physics if abs(cycles - float(physics.cycles)) < EXACT else physics.lasting(cycles)
 
 
 def laid(trial: Trial, cycles: tuple[float, float], *, edge_cm: float = 1.0) -> RealTrack:
-    """Return a trial as a track in cm of robots whose voxels are so wide, over simulated cycles.
+    """Return a trial as a track in cm for robots with this voxel width, over simulated cycles.
 
-    The first of the cycles, the real ones, are mapped onto the second. What ends before them stays
-    where it is.
+    The real cycles, the first number, are mapped onto the simulated ones. A track that ends earlier
+    stays at its end.
     """
     real, simulated = cycles
     times = np.append(trial.cycle[trial.cycle < real], real)
@@ -307,10 +308,8 @@ def laid(trial: Trial, cycles: tuple[float, float], *, edge_cm: float = 1.0) -> 
 
 
 def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
-    """Return trials that can be one reality, in the order of their designs and digests."""
-    given = tuple(trials) if isinstance(trials, Iterable) else (None,)
-    if not all(isinstance(trial, Trial) for trial in given):
-        raise TypeError("trials must be several softvox_gym.trials.Trial, as read(folder) returns")
+    """Return the trials, checked to form one reality, ordered by design and digest."""
+    given = several(trials)
     if not given:
         raise ValueError("there are no trials; give one at least")
     others = [
@@ -321,7 +320,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     if others:
         raise ValueError(
             f"a reality has the designs of {LATTICE}, and {len(others)} of {len(given)} runs are "
-            f"of others: {some(others)}; leave them out"
+            f"of others: {some(others)}; leave them out, as --lattice {LATTICE} does"
         )
     for name in Condition._fields:
         counts = Counter(getattr(trial, name) for trial in given)
@@ -346,5 +345,5 @@ def _about(trials: Sequence[Trial], cycles: float, simulated: float) -> str:
 
 
 def _run(trial: Trial) -> str:
-    """Return how errors call a run."""
+    """Return the name of a run in errors."""
     return f"design {trial.design.index} ({trial.digest[:12]})"

@@ -1,12 +1,12 @@
-"""Files of tracks, read as trials: this package's CSV, and what Tracker and DeepLabCut export.
+"""Files of tracks, read as trials: this package's CSV, and exports of Tracker and DeepLabCut.
 
-docs/trials.md says what each holds. Errors name the file, the line and the remedy.
+docs/trials.md describes each. Errors name the file, the line and the remedy.
 
-Sources: of Tracker (physlets.org/tracker, File > Export > Data File), the files shown on
+Sources: for Tracker (physlets.org/tracker, File > Export > Data File), the files shown on
 physics.brocku.ca/Courses/2P20/Tracker, page 21: a line of names, each above the first column of its
-track; a line of columns that begins with t; a line per time, with nothing where the track has no
-mark; "#multi:" before all that where there are several tracks. Of DeepLabCut, Nath et al. 2019
-(doi.org/10.1038/s41596-019-0176-0): rows scorer, individuals (of several animals only), bodyparts
+track; a line of columns that begins with t; a line per time, empty where the track has no mark;
+"#multi:" before all that if there are several tracks. For DeepLabCut, Nath et al. 2019
+(doi.org/10.1038/s41596-019-0176-0): rows scorer, individuals (only with several animals), bodyparts
 and coords, then one per frame.
 """
 
@@ -38,10 +38,10 @@ from softvox_gym.real_tracks import (
 )
 from softvox_gym.trials.trial import SIMULATED_VOXEL_CM, Trial, TrialError
 
-#: What a scale may be in place of a reference length, cm.
+#: Units, in cm, that a scale may be instead of a reference length.
 UNITS = {"cm": 1.0, "mm": 0.1, "m": 100.0}
 
-#: What is wrong where a file in cm, in pixels or of another unit, and the scale, don't say it once.
+#: Errors for a file in cm, in pixels or of another unit whose scale is missing or given twice.
 SCALES = {
     "cm": "has x_cm, y_cm; leave --scale out, or call them x_px, y_px",
     "px": "has pixels; give a reference length, such as --scale 10/437 where 10 cm are 437 pixels",
@@ -49,13 +49,13 @@ SCALES = {
     "reference length",
 }
 
-#: Cycles after the start at which a track may begin at the latest: that one is counted as 0.
+#: Latest cycle at which a track may begin; it then counts as 0.
 LATEST = 0.1
 
-#: Lines before the points of an export, at most.
+#: Most lines before the points of an export.
 HEAD = 5
 
-#: Columns of this package's CSV that a point may have: its time, x and y.
+#: Columns of a point in this package's CSV: its time, x and y.
 COLUMNS = [(clock, f"x_{unit}", f"y_{unit}") for clock in ("cycle", "t_s") for unit in ("cm", "px")]
 
 Paths = str | Path | Iterable[str | Path] | Mapping[Path, bytes]
@@ -63,26 +63,26 @@ Paths = str | Path | Iterable[str | Path] | Mapping[Path, bytes]
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """What the file of a track doesn't say: how its numbers become cm along the robot's axes.
+    """Facts missing in the file of a track: how its numbers become cm along the robot's axes.
 
-    ValueError for what can't be, naming it.
+    ValueError if a value is invalid; the message names it.
     """
 
-    #: Length over what the file calls it: "10/437" where 10 cm are 437 pixels, or "cm", "mm", "m".
+    #: Length over its value in the file: "10/437" if 10 cm are 437 pixels, or "cm", "mm", "m".
     scale: str | None = None
-    #: Width and height in pixels, which no point may leave.
+    #: Width and height of the picture in pixels; no point may be outside.
     picture: tuple[int, int] | None = None
-    #: "up" or "down", where y grows in the picture: by default down where positions are in pixels.
+    #: "up" or "down", the direction of y in the picture: by default down for positions in pixels.
     y: str | None = None
-    #: Where the robot's +x axis points at the start, counter-clockwise from the picture's right.
+    #: Direction of the robot's +x axis at the start, counter-clockwise from the picture's right.
     x_axis_deg: float = 0.0
-    #: When the pump starts; what is before is left out. By default at the first row.
+    #: Time when the pump starts; earlier rows are left out. By default that of the first row.
     start_s: float | None = None
-    #: Frames per second, of a file that counts frames.
+    #: Frames per second, for a file that counts frames.
     fps: float | None = None
-    #: Tracker's track, or DeepLabCut's body part (INDIVIDUAL/BODYPART), where there are several.
+    #: Tracker's track, or DeepLabCut's body part (INDIVIDUAL/BODYPART), if there are several.
     point: str | None = None
-    #: DeepLabCut's points below are left out.
+    #: DeepLabCut's points below this likelihood are left out.
     likelihood: float = 0.9
 
     def __post_init__(self) -> None:
@@ -95,11 +95,11 @@ class Film:
         ):
             if not is_good:
                 raise ValueError(f"{name} must be {what}, got {getattr(self, name)}")
-        _ = self.cm  # refuses what is no scale
+        _ = self.cm  # raises if it is no scale
 
     @property
     def cm(self) -> float:
-        """How many cm the file's unit is, by the scale."""
+        """The file's unit in cm, by the scale."""
         if self.scale is None or self.scale in UNITS:
             return UNITS[self.scale or "cm"]
         try:
@@ -115,17 +115,17 @@ class Film:
 
 
 class Found(NamedTuple):
-    """A trial that a file holds."""
+    """A trial found in a file."""
 
     trial: Trial
-    #: File and line on which its track begins.
+    #: File and line where its track begins.
     place: str
-    #: Lines on which the robot was nowhere, or not likely enough.
+    #: Number of lines without a position of the robot, or with too low a likelihood.
     left_out: int
 
 
 class Track(NamedTuple):
-    """A track as its file has it."""
+    """A track as in its file."""
 
     points: list[Point]
     #: "cycle" or "t_s"; and "cm", "px" or, as Tracker was calibrated, "".
@@ -133,9 +133,9 @@ class Track(NamedTuple):
     unit: str
     #: The time in the first row of the file, whether or not that has a point.
     begin: float = 0.0
-    #: design and repetition, where the file says them.
+    #: design and repetition, if the file has them.
     said: Mapping[str, Any] = {}
-    #: Whose it is, of several in the file.
+    #: Its owner, if there are several in the file.
     name: str = ""
     left_out: int = 0
 
@@ -149,27 +149,27 @@ def read_track_files(
     repetition: int | None = None,
     **facts: Any,
 ) -> tuple[Found, ...]:
-    r"""Read files of tracks, all of which were made under the same conditions.
+    r"""Read files of tracks that were all recorded under the same conditions.
 
     Parameters
     ----------
     paths : path, iterable of paths, or mapping of Path to bytes
-        With the contents where these have been read.
+        A mapping has the contents that were already read.
     film : Film, optional
     design : int, str or Design, optional
-        Of all tracks, where the files don't say it.
+        Design of all tracks, if the files don't name it.
     lattice : Lattice, optional
-        Of the designs that files name; by default that of `design`, or 2x2x2.
+        Lattice of the designs that files name; by default that of `design`, or 2x2x2.
     repetition : int, optional
-        Of the first track of a design, where the files don't say it; further ones are numbered on.
+        Number of a design's first track, if the files don't have it; later tracks count from there.
     **facts
-        What `Trial` takes besides: surface, who, date, license and others.
+        Other facts for `Trial`: surface, who, date, license and others.
 
     Raises
     ------
     ValueError
-        For a design that the lattice has not; `TrialError` for a fact that no trial can have;
-        `softvox_gym.real_tracks.CsvError` for a file that can't be used, naming the line.
+        If the lattice lacks a design; `TrialError` if a fact is invalid for a trial;
+        `softvox_gym.real_tracks.CsvError` if a file can't be used, naming the line.
 
     Examples
     --------
@@ -187,7 +187,7 @@ def read_track_files(
     own = None if design is None else Design(design, shape=lattice)
     lattice = lattice or (own.lattice if own else Lattice())
     first = 1 if repetition is None else repetition
-    time, still = np.array([0, 1e-5]), np.zeros((2, 2))  # of a trial that only the facts can fault
+    time, still = np.array([0, 1e-5]), np.zeros((2, 2))  # only facts can invalidate this
     Trial(design=own or Design(1), cycle=time, position=still, repetition=first, **facts)
     found: list[Found] = []
     count: Counter[Design] = Counter()
@@ -215,7 +215,7 @@ def read_track_files(
 def _tracks(
     path: Path, content: bytes, film: Film, lattice: Lattice
 ) -> tuple[str, tuple[Track, ...]]:
-    """Return of which kind a content is by its look, and the tracks in it."""
+    """Return the kind of a file, recognised by its content, and its tracks."""
     if content.startswith(b"\x89HDF"):
         raise CsvError(
             f"{path} is HDF5, and CSV is read; let DeepLabCut write that, by analyze_videos(..., "
@@ -251,7 +251,7 @@ def _csv(path: Path, content: bytes, lattice: Lattice) -> tuple[Track, ...]:
         said = {} if design is None else {"design": design}
         if trial is not None:
             is_short = trial.isdecimal() and len(trial) < 10
-            said["repetition"] = int(trial) if is_short else trial  # which no trial takes
+            said["repetition"] = int(trial) if is_short else trial  # invalid in a trial
         made.append(Track(points, columns[0], columns[1][2:], points[0][1], said))
     if not made:
         raise CsvError(f"{path} has no point; add lines, or leave the file out")
@@ -259,7 +259,7 @@ def _csv(path: Path, content: bytes, lattice: Lattice) -> tuple[Track, ...]:
 
 
 def _columns(path: Path, content: bytes) -> tuple[int, list[str], list[str], str] | None:
-    """Return the line of Tracker's columns, these, the cells above, and what separates them."""
+    """Return the line of Tracker's columns, their names, the cells above, and the separator."""
     head = b"\n".join(content[:20_000].split(b"\n")[:HEAD])
     for delimiter in "\t;,":
         above: list[str] = []
@@ -268,7 +268,7 @@ def _columns(path: Path, content: bytes) -> tuple[int, list[str], list[str], str
                 if cells[:1] == ["t"] and {"x", "y"} <= set(cells):
                     return line, cells, above, delimiter
                 above = cells
-        except CsvError:  # told where the whole is read
+        except CsvError:  # reported when the whole file is read
             continue
     return None
 
@@ -282,7 +282,7 @@ def _tracker(
     above: list[str],
     delimiter: str,
 ) -> Track:
-    """Return the track that Tracker has exported, or one of several."""
+    """Return the track exported by Tracker, or one of several."""
     owner, owners = "", []
     for i in range(len(names)):
         owner = (above[i] if i < len(above) else "") or owner
@@ -323,7 +323,7 @@ def _deeplabcut(path: Path, content: bytes, film: Film) -> Track:
 def _chosen(
     where: str, owners: list[str], names: list[str], wanted: tuple[str, ...], point: str | None
 ) -> tuple[str, dict[str, int]]:
-    """Return whose columns are taken, and where those wanted are."""
+    """Return the owner whose columns are used, and the indices of the wanted ones."""
     found: dict[str, dict[str, int]] = {}
     for i, (owner, name) in enumerate(zip(owners, names, strict=False)):
         own = found.setdefault(owner, {})
@@ -355,7 +355,7 @@ def _filled(
 ) -> Track:
     """Return the track in the rows of an export: its columns of time, x, y and likelihood.
 
-    `comma` may be the decimal sign in place of a point.
+    `comma` may be the decimal sign instead of a point.
     """
     points: list[Point] = []
     times: list[float] = []
@@ -438,8 +438,9 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
     start = start if is_seconds else 0.0
     kept = [point for point in track.points if point[1] >= start or not is_seconds]
     if len(kept) < 2:
+        points = f"{len(kept)} point{'s' * (not kept)}"
         raise CsvError(
-            f"{path}, line {track.points[0][0]}: the track has {len(kept)} points since the start "
+            f"{path}, line {track.points[0][0]}: the track has {points} since the start "
             f"at {start:g}, and needs two; add points, give another --start-s, or take it out"
         )
     late = (kept[0][1] - start) * rate
@@ -452,7 +453,7 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
 
 
 def _outside(x: float, y: float, picture: tuple[int, int] | None) -> str:
-    """Return what is wrong with a point in pixels; nothing where it is in the picture."""
+    """Return the fault of a point in pixels; nothing if it is inside the picture."""
     width, height = picture or (math.inf, math.inf)
     if 0 <= x <= width and 0 <= y <= height:
         return ""
@@ -461,9 +462,9 @@ def _outside(x: float, y: float, picture: tuple[int, int] | None) -> str:
 
 
 def _fault(before: tuple[float, ...], here: tuple[float, ...], size: float) -> str:
-    """Return why a robot of a size in cm can't be there next; nothing where it can.
+    """Return why a robot of this size in cm can't be there next; nothing if it can.
 
-    It may fall over its length, and walk it per cycle: the fastest simulated one takes four cycles.
+    It may fall by its length, and walk its length per cycle: the fastest simulated one needs four.
     """
     if not (far := math.hypot(*here[1:])) <= MOST_CM:
         return (

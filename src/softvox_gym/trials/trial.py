@@ -1,4 +1,4 @@
-"""A trial: one run of a robot, real or simulated, and all that is known of it; a small text file.
+"""Trials: one run of a robot, real or simulated, with its known facts, as a small text file.
 
 docs/trials-database.md describes the file.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -31,35 +31,35 @@ FORMAT, VERSION = "softvox-gym trial", 1
 #: Licences that let others use the data, by their SPDX identifiers.
 LICENSES = ("CC0-1.0", "CC-BY-4.0", "ODC-By-1.0", "PDDL-1.0", "MIT")
 
-#: Of a text, of a track, and of one robot under the same conditions.
+#: Limits of a text, of a track, and of the runs of one robot under the same conditions.
 MOST_CHARACTERS, MOST_POINTS, MOST_REPETITIONS = 2000, 100_000, 10_000
 
-#: A file is at most so large: a little more than that many points and a million sites take.
+#: Largest file: a little more than that many points and a million sites take.
 MOST_BYTES = 8_000_000
 
-#: Positions are kept to a micrometre, cycles to a hundred-thousandth.
+#: Positions are rounded to a micrometre, cycles to a hundred-thousandth.
 PLACES = {"cycle": 5, "position": 4}
 
-#: No cycle and no cm is larger; also what makes rounding safe.
+#: Largest cycle and cm; it also makes rounding safe.
 _LARGEST = 1e6
 
 #: Edge of a voxel of simulated robots.
 SIMULATED_VOXEL_CM = 1.0
 
-#: What `provenance` may say: the file that the track was read from, what kind it was of, and how
-#: its numbers became cm along the robot's axes.
+#: Keys of `provenance`: the file that the track was read from, its kind, and how its numbers became
+#: cm along the robot's axes.
 PROVENANCE = ("file", "sha256", "kind", "cm_per_pixel", "x_axis_deg", "point")
 
-#: Those that are numbers, each with what it is above, and the largest that it can be.
+#: Those that are numbers, each with its exclusive lower bound and its largest value.
 PROVENANCE_NUMBERS = {"cm_per_pixel": (0.0, 1000.0), "x_axis_deg": (-360.0, 360.0)}
 
 
 class TrialError(ValueError):
-    """A trial that can't be; the message says what is wrong with it and how to mend it."""
+    """An invalid trial; the message names the fault and the remedy."""
 
 
 class Condition(NamedTuple):
-    """What trials share that can be compared with each other."""
+    """The facts that comparable trials share."""
 
     source: str
     reality: str
@@ -73,14 +73,14 @@ class Condition(NamedTuple):
 
     @property
     def pumped(self) -> list[str]:
-        """What is known of the pump, in words."""
+        """The known facts about the pump, in words."""
         units = zip(self[4:], ("kPa", "Hz"), strict=True)
         return [f"{value:g} {unit}" for value, unit in units if value]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
-    """One run of a robot, real or simulated. Trials are values: equal where all they say is.
+    """One run of a robot, real or simulated. Trials are values: equal if all their facts are.
 
     Parameters
     ----------
@@ -91,26 +91,26 @@ class Trial:
         x, y of the centre of mass in cm from the start, along the robot's own axes before it moved,
         seen from above: y is a quarter turn counter-clockwise from x.
     surface, who, license, date : str
-        What it stood on; who ran it, or what did; one of `LICENSES`; YYYY-MM-DD, "" of a simulated
-        one.
+        The surface; the person or program that ran it; one of `LICENSES`; YYYY-MM-DD, "" for a
+        simulated run.
     source : {"measured", "simulated"}
     reality : str
-        Of a simulated one: as `softvox_gym.reality` takes it, or "published".
+        For a simulated run: a name for `softvox_gym.reality`, or "published".
     robot, powder, camera, notes : str
-        Which one of a design; what lay on the surface.
+        Which robot of a design; the powder on the surface.
     pressure_kpa, frequency_hz, cycles : float, optional
-        Of actuation; cycles of the whole run, by default of the track.
+        Pressure and frequency of actuation; cycles of the whole run, by default of the track.
     repetition : int
-        Which run of this robot under these conditions it was, from 1.
+        Number of the run of this robot under these conditions, from 1.
     voxel_cm : float
-        The resting edge of a voxel; 1 of a simulated robot.
+        The resting edge of a voxel; 1 for a simulated robot.
     provenance : dict
-        Of the track, keys of `PROVENANCE`: its file's name and SHA-256, and what it was made of.
+        Source of the track, keys of `PROVENANCE`: its file's name and SHA-256, and its conversion.
 
     Raises
     ------
     TrialError
-        For anything else, naming it and the remedy.
+        If a value is anything else; the message names it and the remedy.
 
     Examples
     --------
@@ -192,7 +192,7 @@ class Trial:
         Raises
         ------
         TrialError
-            For what `to_bytes` would not write.
+            If `to_bytes` would not have written it.
         """
         if len(content) > MOST_BYTES:
             raise TrialError(f"is larger than {MOST_BYTES:,} bytes, so no trial; take it out")
@@ -238,7 +238,7 @@ class Trial:
     def to_bytes(self) -> bytes:
         """Return the content of its file: JSON, a key per line and a point per line.
 
-        What is not known is left out, so that a key that comes later changes no earlier file.
+        Unknown facts are left out, so that new keys do not change existing files.
         """
         known = {key: value for key, value in self.facts.items() if value not in ("", None, {})}
         lines = [f"{_json(key)}: {_json(value)}" for key, value in known.items()]
@@ -247,7 +247,7 @@ class Trial:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """All keys of its file but the track; what that leaves out is "", None or {} here."""
+        """All keys of its file except the track; missing ones are "", None or {} here."""
         sides = [int(side) for side in self.design.shape]
         own = {name: getattr(self, name) for name in _KEYS}
         lattice = {"shape": sides, "phases": int(self.design.lattice.phases)}
@@ -267,17 +267,17 @@ class Trial:
 
     @property
     def displacement(self) -> Array:
-        """Where the track ends, x, y in voxel widths from the start, shape (2,)."""
+        """The end of the track, x, y in voxel widths from the start, shape (2,)."""
         return np.asarray(self.position[-1] / self.voxel_cm)
 
     @property
     def condition(self) -> Condition:
-        """Under which it was run."""
+        """The condition of the run."""
         return Condition(*(getattr(self, name) for name in Condition._fields))
 
     @property
     def run(self) -> tuple[Any, ...]:
-        """What no two trials share: two that have the same are the same run told twice."""
+        """The identity of the run: two trials with the same describe one run twice."""
         own = self.design, self.robot, self.date, self.who, self.repetition
         return (*own, *self.condition)
 
@@ -307,7 +307,7 @@ _TEXTS = (
     *("reality", "robot", "powder", "camera", "notes"),
 )
 
-#: The largest that each number can be; none is 0 or less.
+#: Largest value of each number; all are above 0.
 _NUMBERS = {"pressure_kpa": 1e3, "frequency_hz": 1e3, "cycles": _LARGEST, "voxel_cm": 100.0}
 
 _json = json.JSONEncoder(ensure_ascii=False).encode
@@ -321,6 +321,14 @@ _KEYS = tuple(one.name for one in fields(Trial) if one.name not in ("cycle", "po
 KEYS = (*_HEAD, "shape", "phases", *_KEYS, "track")
 
 _NEEDED = {"shape", "phases", "design", "surface", "who", "license", "track"}
+
+
+def several(trials: Any) -> tuple[Trial, ...]:
+    """Return trials in the order given; TypeError for what are none, and for one alone."""
+    given = tuple(trials) if isinstance(trials, Iterable) else (None,)
+    if not all(isinstance(trial, Trial) for trial in given):
+        raise TypeError("trials must be several softvox_gym.trials.Trial, as read(folder) returns")
+    return given
 
 
 def _design(design: Any, lattice: Lattice | None = None) -> Design:
@@ -407,7 +415,7 @@ def _provenance(values: Any) -> dict[str, str | float]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number as an int where it is whole, so that it is written one way."""
+    """Return a number as an int if it is whole, so that it has one written form."""
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value

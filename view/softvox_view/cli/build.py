@@ -101,6 +101,8 @@ def run(args: Namespace) -> int:
                 check_file(path, force=args.force)
     if args.out:
         check_form(args.out)
+        if args.csv and args.csv.resolve() == args.out.resolve():
+            raise BadInputError(f"--csv {args.csv} is where --out draws the sheets; choose another")
     plans = [plan(design) for design in designs]
     sound = [one for one in plans if not one.problems]
     batch = bill(sound, args.copies, mould_voxels=args.mould_voxels) if sound else None

@@ -1,1 +1,1 @@
-"""The landscape as a living map: a web app for one's own machine, without a build step."""
+"""The landscape as an interactive map: a web app for your own machine, without a build step."""

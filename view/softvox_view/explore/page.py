@@ -1,4 +1,4 @@
-"""The page: one file with the engine, the tables and all else; it asks the network for nothing."""
+"""The page: one file with the engine, the tables and the player; it makes no network requests."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from softvox_gym.trials import Trial
     from softvox_search.experiment.results import Results
 
-#: Each imports those before it only.
+#: The modules; each imports only earlier ones.
 MODULES = [
     f"{name}.js"
     for name in (
@@ -45,7 +45,7 @@ MODULES = [
 
 
 def page(results: Mapping[str, Results] | None = None, trials: Sequence[Trial] = ()) -> str:
-    """Return the page as HTML, with recorded runs' paths, by their folder's name, and trials."""
+    """Return the page as HTML, with paths of recorded runs, by folder name, and trials."""
     texts = [*(_asset(name, "replay") for name in PLAYER), *map(_asset, MODULES)]
     parts = {
         "style": replay.style() + _asset("app.css"),
@@ -56,7 +56,7 @@ def page(results: Mapping[str, Results] | None = None, trials: Sequence[Trial] =
 
 
 def known() -> dict[str, Any]:
-    """Return what the page knows of the physics, ready for JSON."""
+    """Return the facts about the physics for the page, ready for JSON."""
     presets = {name: Physics.preset(name) for name in PRESETS}
     worlds = {one.name: one.physics for one in realities().values() if one.is_plain}
     degrees = Bounds("between -80 and 80 degrees", -80, 80, "[]")  # upright, it holds no robot
@@ -97,7 +97,7 @@ def _spec(spec: ParameterSpec) -> dict[str, Any]:
 
 
 def _data(results: Mapping[str, Results]) -> dict[str, Any]:
-    """Return all that the page is told, ready for JSON."""
+    """Return all data of the page, ready for JSON."""
     table = softvox_gym.landscape()
     row, column = np.divmod(np.arange(len(table)), SIDE)
     noise = noisy_landscape(1.0)["mean"]

@@ -11,15 +11,15 @@ import numpy as np
 if TYPE_CHECKING:
     from softvox_search.experiment.results import Results
 
-#: Evaluations of a run that are kept: more would hide the map.
+#: Most evaluations of a run on the page: more would hide the map.
 MOST = 2000
 
 
 def recorded(results: Results) -> dict[str, dict[str, Any]]:
-    """Return the finished runs of a folder on the lattice that the map is of, ready for JSON.
+    """Return the finished runs of a folder on the map's lattice, ready for JSON.
 
-    They are called by their searcher, with what it was put to where that differs, and then by their
-    seed. Fitness is as the searcher was told; total counts all evaluations.
+    Keys are the searcher, with its setting if that differs between runs, and then the seed. Fitness
+    is as the searcher was told; total counts all evaluations.
     """
     table = results.runs
     mine = table[(table["status"] == "ok") & (table["shape"] == "2x2x2")]
@@ -39,5 +39,5 @@ def recorded(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def packed(content: Any) -> str:
-    """Return bytes, or an array's in its own order, compressed and as base64."""
+    """Return bytes, or those of an array in its own order, compressed and as base64."""
     return base64.b64encode(zlib.compress(bytes(content), 9)).decode("ascii")

@@ -1,4 +1,4 @@
-"""Trials of robots, for the page: what they did, beside what is simulated there."""
+"""Trials of robots for the page, which shows them beside its simulations."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from softvox_gym.lattice import Lattice
 from softvox_gym.real_tracks import track_at
 from softvox_gym.trials import Trial
 
-#: Points of a track that are kept: more would not be seen, and make the page large.
+#: Most points of a track on the page: more would be invisible and make the page large.
 MOST = 100
 
 
 def on_the_map(trials: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Return the trials of the lattice that the map is of."""
+    """Return the trials on the map's lattice."""
     return tuple(trial for trial in trials if trial.design.lattice == Lattice())
 
 
 def told(trials: Sequence[Trial]) -> dict[str, dict[str, Any]]:
-    """Return trials by what they were tried in, measured ones first, ready for JSON.
+    """Return trials by their conditions, measured ones first, ready for JSON.
 
-    Of each: whether it was measured, and by the number of a design its runs, with points
-    [cycle, x, y] in voxel widths.
+    For each: whether it was measured, and by the number of a design its runs, with points [cycle,
+    x, y] in voxel widths.
     """
     groups: dict[str, dict[str, Any]] = {}
     for trial in sorted(on_the_map(trials), key=_order):
@@ -41,7 +41,7 @@ def _order(trial: Trial) -> tuple[Any, ...]:
 
 
 def _name(trial: Trial) -> str:
-    """Return what a trial was tried in: a pseudo-reality; or surface, powder and what pumped it."""
+    """Return the conditions of a trial: a pseudo-reality; or surface, powder and pump."""
     if trial.source == "simulated":
         return f"simulated: {trial.reality}"
     known = (trial.surface, trial.powder, *trial.condition.pumped)
@@ -49,7 +49,7 @@ def _name(trial: Trial) -> str:
 
 
 def _points(trial: Trial) -> NDArray[np.float64]:
-    """Return points of a track; of a long one, and where there is room, those of whole cycles."""
+    """Return points of a track; for a long one, if there is room, those of whole cycles."""
     cycle, position = trial.cycle, trial.position / trial.voxel_cm
     if len(cycle) > MOST:
         end = float(cycle[-1])

@@ -1,4 +1,4 @@
-"""The paper's figures from this package's own data: their names, and how one is made.
+"""The paper's figures from this package's own data: their names, and how to make them.
 
 Light to import; matplotlib loads with `make`.
 """
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from softvox_gym.realities import Reality
     from softvox_search.experiment.results import Results
 
-#: Every figure and what it shows.
+#: Every figure and its content.
 FIGURES = {
     "gallery": "the published top hundred, ten by ten (Fig. 1a)",
     "tessellation": "the key to the maps: sites, pairs and nesting (Fig. 3)",
@@ -35,11 +35,11 @@ FIGURES = {
     "transfer": "transfer methods compared, from folders of softvox compare",
 }
 
-#: What is made of results, and of realities.
+#: The figures of results, and of realities.
 OF_RESULTS = ("search", "transfer")
 OF_REALITIES = ("gap", "gap_headings", "gap_tracks", "gap_map")
 
-#: The module here with a figure's function `draw_NAME`, where it is not called as the figure is.
+#: The module with a figure's function `draw_NAME`, if its name is not that of the figure.
 MODULES = {
     **dict.fromkeys(("heatmap", "classes", "heading", "robustness"), "maps"),
     **dict.fromkeys(("gallery", "volume"), "robots"),
@@ -50,12 +50,12 @@ MODULES = {
 
 @dataclass(frozen=True)
 class Inputs:
-    """What figures may be made of besides the data that ship with the package.
+    """The inputs of figures besides the data that ship with the package.
 
-    Tracks of real robots are for the figure tracks, results by name, each of searchers or of
-    transfer methods, for `OF_RESULTS`. Realities are for `OF_REALITIES`; where there are none, all
-    that have a name have a panel, and of area_friction there are tracks and a map. The scale is
-    that of the heatmap, "rank" or "fitness"; the gallery shows the hundred, or one per class.
+    Tracks of real robots are for the figure tracks. Results, by name, each of searchers or of
+    transfer methods, are for `OF_RESULTS`. Realities are for `OF_REALITIES`; by default all named
+    realities have a panel, and tracks and map show area_friction. The scale is that of the heatmap,
+    "rank" or "fitness"; the gallery shows the hundred, or one per class.
     """
 
     tracks: tuple[RealTrack, ...] = ()
@@ -75,13 +75,13 @@ class Drawing:
 
 
 def figure_of(results: Results) -> str:
-    """Return which of `OF_RESULTS` is made of some results."""
+    """Return which of `OF_RESULTS` shows some results."""
     return "transfer" if results.is_of_transfer else "search"
 
 
 def make(name: str, inputs: Inputs | None = None) -> Drawing:
-    """Draw one of `FIGURES`; ValueError for inputs that it can't be made of."""
-    from softvox_view.figures.style import style  # before all that imports matplotlib
+    """Draw one of `FIGURES`; ValueError if the inputs do not suit it."""
+    from softvox_view.figures.style import style  # before anything imports matplotlib
 
     module = import_module(f"softvox_view.figures.{MODULES.get(name, name)}")
     with style():

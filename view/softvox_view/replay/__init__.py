@@ -1,4 +1,4 @@
-"""Replays: what a player in a browser needs to show robots moving, and the page around it."""
+"""Replays: recordings of moving robots, the player in the browser, and the page around it."""
 
 from softvox_view.replay.data import lap, recording, versus
 from softvox_view.replay.gltf import glb

@@ -1,7 +1,7 @@
-"""Recordings: the frames of some designs in a compact form that JSON can carry.
+"""Recordings: the frames of some designs in a compact form for JSON.
 
-A value takes two bytes. Positions count from the robot's middle at that moment, however far it has
-gone, in steps of less than 1e-4 voxel widths for a robot on 3x3x3 sites, which no screen shows.
+A value takes two bytes. Positions are relative to the robot's middle at that moment, however far it
+has gone, in steps of less than 1e-4 voxel widths for a robot on 3x3x3 sites, which is invisible.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FORMAT, VERSION = "softvox-replay", 2
 #: The count that stands for 1.
 STEPS = 2**15 - 1
 
-#: Digits that a label shows of a design's; beyond them the lattice says enough.
+#: Most digits of a design in a label; a longer design is labelled by its lattice.
 MOST_DIGITS = 27
 
 
@@ -38,29 +38,30 @@ def recording(result: Result, *designs: int, stride: int = 1) -> dict[str, Any]:
     result : Result
         Of `simulate(..., frames=every)`.
     *designs : int
-        Their places in the batch, 0 for the first; all where none is given.
+        Their indices in the batch, 0 for the first; by default all.
     stride : int
-        Keep every so-manieth frame.
+        Keep only every stride-th frame.
 
     Returns
     -------
     dict
         Plain numbers, strings, lists and dicts, ready for `json.dumps` and for the player. Lengths
-        are voxel widths. ``frames`` counts the frames, ``seconds_per_frame`` is their distance,
-        ``cycles`` those of actuation up to the last. Each of ``robots`` has the arrays ``position``
-        (frames, voxels, 3; from the centre), ``quaternion`` (frames, voxels, 4; w, x, y, z) and
-        ``edge`` (frames, voxels), base64 of little-endian signed 16-bit counts of which 32767 are
-        1, of ``scale`` in positions and edges. ``centre`` (frames, 3) is the centre of mass, base64
-        of little-endian 32-bit floats. Where a run ends or diverges before the others, its last
-        pose stays; ``last`` is that frame. ``shape`` is the lattice, to which ``digits`` belong.
-        Robots of `versus` have ``world``, its name, ``panel``, which some share, and ``shift`` (x,
-        y), by which to draw them aside; one with ``loops`` ends as it begins, but for its place.
+        are voxel widths. ``frames`` is the number of frames, ``seconds_per_frame`` the time between
+        them, ``cycles`` the number of actuation cycles up to the last. Each of ``robots`` has the
+        arrays ``position`` (frames, voxels, 3; from the centre), ``quaternion`` (frames, voxels, 4;
+        w, x, y, z) and ``edge`` (frames, voxels): base64 of little-endian signed 16-bit counts, of
+        which 32767 stand for 1, or in positions and edges for ``scale``. ``centre`` (frames, 3) is
+        the centre of mass, base64 of little-endian 32-bit floats. If a run ends or diverges before
+        the others, its last pose stays; ``last`` is that frame. ``shape`` is the lattice of the
+        ``digits``. Robots of `versus` have ``world``, its name, ``panel``, which some share, and
+        ``shift`` (x, y), the offset at which to draw them. A robot with ``loops`` ends as it
+        begins, apart from its position.
 
     Raises
     ------
     ValueError
-        Where the result has no frames, the designs do not share one clock, or a place or the
-        stride is out of range.
+        If the result has no frames, the designs do not share one clock, or an index or the stride
+        is out of range.
     """
     places = checked_places(result, designs)
     if stride < 1:
@@ -82,15 +83,15 @@ def versus(worlds: Mapping[str, Result], *designs: int) -> dict[str, Any]:
     Parameters
     ----------
     worlds : dict of Result
-        By name, each of the same designs and with frames. The first gives the clock: of the others,
-        those frames are taken that are nearest, counted from when the pump begins.
+        Results by name, each of the same designs and with frames. The first sets the clock: from
+        the others the nearest frames are taken, counted from the moment the pump begins.
     *designs : int
-        As of `recording`.
+        As in `recording`.
 
     Raises
     ------
     ValueError
-        As `recording` does, or where there is no world.
+        As `recording` does, or if there is no world.
     """
     if not worlds:
         raise ValueError("versus needs a world or more")
@@ -110,7 +111,7 @@ def versus(worlds: Mapping[str, Result], *designs: int) -> dict[str, Any]:
 
 
 def lap(result: Result) -> dict[str, Any]:
-    """Return the recording of the last cycle of each design of a batch, to be shown over and over.
+    """Return the recording of the last cycle of each design of a batch, for a loop.
 
     Raises
     ------
@@ -125,14 +126,14 @@ def lap(result: Result) -> dict[str, Any]:
 
 
 def shared_moments(results: Iterable[Result], step: float) -> NDArray[np.float64]:
-    """Return moments, s from when the pump begins, so far apart, to the end of the longest run."""
+    """Return moments, s from the pump's start, at intervals of `step`, to the longest run's end."""
     settled = -max(result.physics.settle_time for result in results)
     end = max(frames_of(r).time.max() - r.physics.settle_time for r in results)
     return np.arange(round(settled / step), math.floor(end / step + 1e-6) + 1) * step
 
 
 def frames_at(result: Result, moments: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the frames of a result nearest to moments, s from when the pump begins."""
+    """Return the frames of a result nearest to moments, s from the pump's start."""
     time = frames_of(result).time[0]
     frames: NDArray[np.int64] = np.searchsorted(
         (time[1:] + time[:-1]) / 2, moments + result.physics.settle_time
@@ -141,7 +142,7 @@ def frames_at(result: Result, moments: NDArray[np.float64]) -> NDArray[np.int64]
 
 
 def _clock(result: Result, places: list[int], kept: NDArray[np.int64]) -> dict[str, Any]:
-    """Return what a recording tells besides its robots; its frames are so many steps apart."""
+    """Return the entries of a recording except its robots."""
     time_step, frequency = clock_of(result, places[0]) if places else (1.0, 1.0)
     step = frames_of(result).step
     every = int(step[1]) * int(kept[1] - kept[0]) if len(kept) > 1 else 1
@@ -170,7 +171,7 @@ def looks() -> dict[str, Any]:
 
 
 def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
-    """Return places in the batch, all where none is given; ValueError for one outside it."""
+    """Return indices in the batch, by default all; ValueError if one is out of range."""
     for i in designs:
         if not 0 <= i < len(result):
             last = len(result) - 1
@@ -179,7 +180,7 @@ def checked_places(result: Result, designs: tuple[int, ...]) -> list[int]:
 
 
 def bytes_per_frame(designs: Iterable[Design]) -> int:
-    """Return how many characters a recording of some designs takes per frame, rounded up.
+    """Return the characters per frame of a recording of some designs, rounded up.
 
     In base64: eight counts per voxel, and the centre.
     """
@@ -187,7 +188,7 @@ def bytes_per_frame(designs: Iterable[Design]) -> int:
 
 
 def name_of(design: Design) -> str:
-    """Return what a design is called: number and digits; on other lattices shape and digits."""
+    """Return the name of a design: number and digits; on other lattices shape and digits."""
     digits = design.digits
     if len(digits) > MOST_DIGITS:
         digits = f"{digits[: MOST_DIGITS - 3]}..."
@@ -200,9 +201,9 @@ def name_of(design: Design) -> str:
 def labels(
     result: Result, i: int, *, world: str = "", design: Design | None = None
 ) -> tuple[str, str]:
-    """Return what stands beside a robot, name, fitness and cycles; less where there is no room.
+    """Return the labels of a robot: name, fitness and cycles; shorter if there is little room.
 
-    Before that comes the name of a world, which may have refined the design.
+    The name of a world comes first; the world may have refined the design.
     """
     design = design or result.design(i)
     name = name_of(design)
@@ -226,7 +227,7 @@ def clock_of(result: Result, i: int) -> tuple[float, float]:
 
 
 def _robot(result: Result, i: int, frames: NDArray[np.int64]) -> dict[str, Any]:
-    """Return what a recording tells of one design of a batch at some frames, in order."""
+    """Return the entry of a recording for one design of a batch at some frames, in order."""
     design, motion = result.design(i), Motion.of(result, i)
     position, quaternion, edge, *_ = motion
     shown = frames[frames <= motion.last].max(initial=frames[0])

@@ -1,4 +1,4 @@
-"""Recordings as glTF: a node per voxel, which moves, turns and grows, for any 3-D program.
+"""Recordings as glTF for 3-D programs: one node per voxel, which moves, turns and grows.
 
 Source: The Khronos Group, "glTF 2.0 Specification", 2021.
 """
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from softvox_gym.rendering import CORNERS, FACES
 
-APART = 5.0  # voxel widths between robots that have no place of their own
+APART = 5.0  # voxel widths between robots without positions of their own
 FLOAT, UINT16 = 5126, 5123  # of OpenGL
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 CORNER, TRIANGLE, TIME = range(3)  # the arrays that all voxels share
@@ -24,8 +24,8 @@ CORNER, TRIANGLE, TIME = range(3)  # the arrays that all voxels share
 def glb(recording: dict[str, Any]) -> bytes:
     """Return the robots of a recording in one scene, as the bytes of a .glb file.
 
-    In metres, y upwards, as glTF has it. Robots that do not share a panel stand 5 voxel widths from
-    each other. Voxels are the boxes of the model, and have no skin.
+    In metres, y upwards, as in glTF. Robots that do not share a panel stand 5 voxel widths apart.
+    Voxels are the boxes of the model, without a skin.
     """
     triangles = FACES[:, [0, 1, 2, 0, 2, 3]].astype("<u2").reshape(-1, 1)
     time = np.arange(recording["frames"])[:, None] * recording["seconds_per_frame"]
@@ -52,7 +52,7 @@ def glb(recording: dict[str, Any]) -> bytes:
         }
         for k, values in enumerate(arrays)
     ]
-    for k in (CORNER, TIME):  # which must tell their bounds
+    for k in (CORNER, TIME):  # their bounds are required
         accessors[k] |= {"min": arrays[k].min(0).tolist(), "max": arrays[k].max(0).tolist()}
     # Lights of colours are linear there. Without normals, faces are flat.
     colours = [

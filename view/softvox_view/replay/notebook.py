@@ -1,4 +1,4 @@
-"""What a design or a result looks like in a notebook: facts, and the robots, moving with frames."""
+"""The display of a design or a result in a notebook: facts, and robots that move if recorded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PANEL = (240, 180)  # pixels
 def notebook(value: Design | Result) -> str:
     """Return HTML: a picture of a design as built, or of a result's fittest, and a table of facts.
 
-    Where a result has frames, a player shows its designs moving.
+    If a result has frames, a player shows its designs moving.
     """
     if isinstance(value, Design):
         picture, table = _built([value]), _table(_FACTS, [_facts(value)], "1 design")
@@ -59,7 +59,7 @@ def _built(designs: Sequence[Design]) -> str:
 
 
 def _player(result: Result, shown: list[int]) -> str:
-    # One clock runs for all that are shown: that of the fittest.
+    # One clock for all shown designs: that of the fittest.
     shown = [i for i in shown if data.clock_of(result, i) == data.clock_of(result, shown[0])]
     size = data.bytes_per_frame(result.design(i) for i in shown)
     most = max(2, min(MOST_FRAMES, MOST_BYTES // size))
@@ -86,7 +86,7 @@ _FACTS = ("design", "lattice", "digits", "voxels", "active", "in one piece")
 
 
 def _facts(design: Design) -> list[object]:
-    """Return a design's number, where it is not longer than its digits; its body in numbers."""
+    """Return a design's number, if it is not longer than its digits, and its body in numbers."""
     number = design.index if design.lattice.has_int64_numbers else ""
     is_connected = "yes" if design.is_connected else "no"
     digits = design.digits[:64]

@@ -1,4 +1,4 @@
-"""The page that plays a recording: one file, which asks the network for nothing."""
+"""The page that plays a recording: one file, which makes no network requests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softvox_view.replay.still import data_url
 
 SPEED = 0.5
 
-#: Of the player, each importing those before it.
+#: The player's modules, each importing only earlier ones.
 MODULES = [
     f"{name}.js"
     for name in (
@@ -40,19 +40,19 @@ def page(
     Parameters
     ----------
     recording : dict
-        As `softvox_view.replay.recording` returns it.
+        From `softvox_view.replay.recording`.
     picture : ndarray of uint8, shape (height, width, 3)
-        Shown where the browser can't draw the robots: `softvox_view.replay.still`.
+        Shown if the browser can't draw the robots: `softvox_view.replay.still`.
     title : str, optional
-        The robots' labels where None.
+        By default the robots' labels.
     speed : float
-        At which it begins; 1 is real time.
+        Initial speed; 1 is real time.
     autoplay : bool
-        Whether it begins to play at once, unless the reader asked for reduced motion.
+        Whether it plays at once, unless the reader prefers reduced motion.
     boxes : bool
-        Whether voxels begin as the cubes that they are in the model, rather than as one skin.
+        Whether voxels are shown at first as the cubes of the model, not as one skin.
     gallery : bool
-        Whether robots are many, and are chosen from by voxels and fitness.
+        Whether there are many robots, with filters by voxels and fitness.
     """
     name = title or "; ".join(robot["label"] for robot in recording["robots"])
     own = {
@@ -67,13 +67,13 @@ def page(
 
 
 def template(**options: Any) -> str:
-    """Return the page without what is shown: title, rows, still and recording are left open."""
+    """Return the page as a template in which title, rows, still and recording are open."""
     parts = {"style": style(), "script": script(), "options": in_script(options)}
     return filled(_asset("page.html"), parts)
 
 
 def filled(text: str, parts: Mapping[str, str]) -> str:
-    """Return a text with each {{name}} that is among the parts replaced by that."""
+    """Return a text with each {{name}} replaced by the part of that name, if there is one."""
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts.get(match[1], match[0]), text)
 
 
@@ -83,7 +83,7 @@ def script() -> str:
 
 
 def joined(modules: Iterable[str]) -> str:
-    """Return modules, each of which imports those before it, as one that exports nothing."""
+    """Return modules, each importing only earlier ones, joined into one without exports."""
     whole = re.sub(r"^import .*\n", "", "\n".join(modules), flags=re.MULTILINE)
     return re.sub(r"^export ", "", whole, flags=re.MULTILINE)
 
@@ -94,7 +94,7 @@ def style() -> str:
 
 
 def in_script(value: Any) -> str:
-    """Return JSON that may stand inside a script element of a page."""
+    """Return JSON that is safe inside a script element of a page."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 

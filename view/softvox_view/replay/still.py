@@ -15,7 +15,7 @@ from softvox_gym.rendering import Stage, lanes, png
 from softvox_gym.simulation import Result
 from softvox_view.replay.data import checked_places
 
-#: Counts between the colours of a picture in a page, which takes two fifths of its bytes away.
+#: Step between the colours of a picture in a page, which saves two fifths of its bytes.
 COARSE = 4
 
 PANEL = (400, 300)  # pixels, at most
@@ -23,16 +23,16 @@ WIDTH = 900  # pixels of all panels beside each other, at most
 
 
 class Panels:
-    """Robots in panels, one beside the other, to be drawn at moment after moment.
+    """Robots in panels side by side, to be drawn frame after frame.
 
     Parameters
     ----------
     scenes : sequence of sequences of (Result, int)
-        Of each panel the robots, as results with frames and places in their batch.
+        The robots of each panel, as results with frames and indices in their batch.
     panel : (int, int)
         Width and height of each, pixels.
     boxes : bool
-        As of `softvox_gym.rendering.render`.
+        As in `softvox_gym.rendering.render`.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class Panels:
             self._scenes.append(list(zip(results, motions, shifts, strict=True)))
 
     def picture(self, frame_of: Callable[[Result], int]) -> NDArray[np.uint8]:
-        """Draw the frame that each result has at a moment; past a robot's last, that one."""
+        """Draw the given frame of each result; after a robot's last frame, the last."""
         drawn = []
         for stage, robots in zip(self.stages, self._scenes, strict=True):
             poses, moments = [], []
@@ -78,11 +78,11 @@ def still(
     Parameters
     ----------
     result, *designs
-        As of `recording`.
+        As in `recording`.
     frame : int, optional
-        From 0; the last where None.
+        From 0; by default the last.
     panel : (int, int), optional
-        Width and height of each robot's picture, pixels; smaller for many robots where None.
+        Width and height of each robot's picture, pixels; by default smaller for many robots.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def panel_for(count: int) -> tuple[int, int]:
 
 
 def beside(pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Put pictures in rows, as `columns` says; what is left of the last row is empty."""
+    """Put pictures in rows of `columns`; the rest of the last row is empty."""
     height, width, _ = pictures[0].shape if pictures else (*PANEL[::-1], 3)
     across = columns(len(pictures))
     rows = max(1, math.ceil(len(pictures) / across))
@@ -113,11 +113,11 @@ def beside(pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
 
 
 def columns(count: int) -> int:
-    """Return how many panels stand in a row: up to three robots in one, then a square."""
+    """Return the number of panels in a row: up to three robots in one row, then a square."""
     return max(count, 1) if count <= 3 else math.ceil(math.sqrt(count))
 
 
 def data_url(picture: NDArray[np.uint8]) -> str:
-    """Return a picture as a URL that holds it, in fewer colours."""
+    """Return a picture as a data URL, in fewer colours."""
     coarse = np.minimum(np.rint(picture / COARSE) * COARSE, 255).astype(np.uint8)
     return "data:image/png;base64," + base64.b64encode(png(coarse)).decode("ascii")

@@ -1,1 +1,1 @@
-"""The transfer methods that come with the package, each by its authors' published settings."""
+"""The transfer methods that come with the package, with their authors' published settings."""

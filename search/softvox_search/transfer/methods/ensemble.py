@@ -1,4 +1,4 @@
-"""Methods that hold models of the world and tell by tests which of them are right."""
+"""Methods that hold models of the world and select among them by tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: Of what a model misses, squared voxel widths: none is taken to be more exact.
+#: Least misfit of a model, squared voxel widths: no model counts as more exact.
 LEAST_VARIANCE = 1e-3
 
 #: How the next test is chosen.
@@ -23,19 +23,21 @@ CHOICES = ("random", "disagreement", "fittest", "both")
 class Eea(Method):
     """Estimation and exploration: the models that fit all tests so far choose the next one.
 
-    Of a library of models an ensemble is kept, those whose displacements fit the tests best, each
-    weighted by its likelihood. Builds the best design in expectation over it, or the best tested
-    where that is worth more.
+    The ensemble is the part of a library of models whose displacements fit the tests best, each
+    model weighted by its likelihood. Recommends the design with the best expectation over the
+    ensemble, or the best tested one if its reward is higher.
 
     Parameters
     ----------
     choice : {"both", "disagreement", "fittest", "random"}
-        The next test: of the `fittest` designs in expectation the one on whose displacement the
-        ensemble disagrees most; that of all designs; the best in expectation; or one drawn.
+        The next test: the design on whose displacement the ensemble disagrees most, among the
+        `fittest` designs in expectation ("both") or among all; the best in expectation; or a random
+        design.
     models : {"coulomb", "coulomb_area", "all"}
-        What varies; see `softvox_search.transfer.library`.
+        The varied parameters; see `softvox_search.transfer.library`.
     size, ensemble, fittest : int
-        Of the library; of the ensemble; designs of which the most disputed is tested.
+        Number of models in the library, and in the ensemble; number of designs among which the most
+        disputed is tested.
 
     Notes
     -----
@@ -71,14 +73,14 @@ class Eea(Method):
 
     @property
     def kept(self) -> NDArray[np.intp]:
-        """Which models are the ensemble: those with the least misfit, the first of equal ones."""
+        """The models of the ensemble: those with the least misfit, the first of ties."""
         return best_first(-self._misfit)[: self._size]
 
     @property
     def weights(self) -> Array:
-        """How likely the models of the ensemble are, shape (ensemble,).
+        """The likelihoods of the models in the ensemble, shape (ensemble,).
 
-        As if what the best one misses were normal noise of dx and dy; alike before any test.
+        The misfit of the best model counts as normal noise of dx and dy. Equal before any test.
         """
         misfit = self._misfit[self.kept]
         variance = max(float(misfit.min()) / max(2 * len(self.tests), 1), LEAST_VARIANCE)
@@ -103,13 +105,13 @@ class Eea(Method):
         return first_best(disputed, left)
 
     def tell(self, test: Test) -> None:
-        """Learn how far every model is off."""
+        """Learn the misfit of every model."""
         super().tell(test)
         off = self._library.displacement[:, test.design, :2] - test.displacement[:2]
         self._misfit += np.square(off).sum(axis=-1)
 
     def recommend(self) -> int:
-        """Return the best in expectation, of which the tested have what they showed."""
+        """Return the best design in expectation; tested designs have their measured rewards."""
         expected = self._expected()
         for test in self.tests:
             expected[test.design] = test.reward

@@ -1,4 +1,4 @@
-"""Methods with a Gaussian process over all designs: with the simulator as its prior, or without."""
+"""Methods with a Gaussian process over all designs, with or without the simulator as prior."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: Distances of one design to all, shape (6561,).
+#: Distances from one design to all, shape (6561,).
 Distances = Callable[[int], Array]
 
 
 class GaussianProcess:
-    """An exact Gaussian process over all designs; a test costs tests x designs operations.
+    """An exact Gaussian process over all designs; each test costs tests x designs operations.
 
     Parameters
     ----------
     mean : ndarray, shape (6561,)
-        Before any test.
+        Mean before any test.
     covariance : callable (design) -> ndarray, shape (6561,)
-        Of a design with all.
+        Covariance of a design with all.
     variance : ndarray, shape (6561,)
-        Of each design, before any test.
+        Variance of each design before any test.
     noise : float
         Variance of a test's noise.
 
@@ -49,7 +49,7 @@ class GaussianProcess:
         self._rows: list[Array] = []
 
     def add(self, design: int, value: float) -> None:
-        """Learn a value: one more row of the Cholesky factor, for all designs at once."""
+        """Add a value: one more row of the Cholesky factor, for all designs at once."""
         row = self._covariance(design).copy()
         for before in self._rows:
             row -= before[design] * before
@@ -72,10 +72,10 @@ def matern(distance: Array, length: float) -> Array:
 
 
 def hamming(design: int) -> Array:
-    """Return the root of the share of sites in which designs differ from one, shape (6561,).
+    """Return the root of the share of sites in which designs differ from this one, (6561,).
 
-    The root, as it is a distance between points (`points`): a Matern kernel over the share itself
-    has negative eigenvalues.
+    The root is a distance between points (`points`): a Matern kernel over the share itself has
+    negative eigenvalues.
     """
     digits = _digits()
     return np.asarray(np.sqrt((digits != digits[design]).mean(axis=1)))
@@ -87,10 +87,10 @@ def _digits() -> NDArray[np.uint8]:
 
 
 class Ite(Method):
-    """Intelligent trial and error: what the simulator says is the prior of a Gaussian process.
+    """Intelligent trial and error: the simulator's rewards are the prior of a Gaussian process.
 
     Rewards are in units of the simulator's best. The next test is the largest upper confidence
-    bound; builds the best tested.
+    bound. Recommends the best tested design.
 
     Parameters
     ----------
@@ -98,14 +98,14 @@ class Ite(Method):
         Over the root of the share of sites that differ, or over the displacement in the simulator,
         dx and dy in units of the farthest travel.
     prior : {"signed", "simulated"}
-        What the simulator says times a factor that is learnt as well, normal with mean 1 and
-        standard deviation 1, so that it may change its sign; or as it stands.
+        The simulator's rewards times a learnt factor, normal with mean 1 and standard deviation 1,
+        so that it may change its sign; or unchanged.
     length, signal, noise, exploration : float
-        Of the kernel: length, standard deviation; variance of a test; standard deviations of the
-        upper confidence bound.
+        Length and standard deviation of the kernel; variance of a test; number of standard
+        deviations in the upper confidence bound.
     stop : float, optional
-        End as soon as the best tested reaches this share of the best expected of those that can be
-        tested; never where None.
+        End as soon as the best tested design reaches this share of the best expected one that can
+        be tested; by default never.
 
     Notes
     -----
@@ -153,7 +153,7 @@ class Ite(Method):
         self.process = GaussianProcess(mean, covariance, signal**2 + share * mean**2, noise)
 
     def ask(self) -> int | None:
-        """Return the largest upper confidence bound of those not tested."""
+        """Return the untested design with the largest upper confidence bound."""
         process = self.process
         if self._stop is not None and self.tests:
             seen = max(test.reward for test in self.tests) / self._unit
@@ -167,11 +167,11 @@ class Ite(Method):
         self.process.add(test.design, test.reward / self._unit)
 
     def predict(self) -> Array:
-        """Return the process's mean."""
+        """Return the mean of the process."""
         return self.process.mean * self._unit
 
     def deviation(self) -> Array:
-        """Return the process's standard deviation, voxel widths, shape (6561,)."""
+        """Return the standard deviation of the process, voxel widths, shape (6561,)."""
         return self.process.deviation * self._unit
 
     def _behaviour(self) -> Distances:
@@ -187,17 +187,17 @@ class Ite(Method):
 class GpUcb(Method):
     """Bayesian optimisation without a simulator: a Gaussian process over the designs' digits.
 
-    The kernel is over the distance of one-hot digits, the root of the share of sites that differ.
-    The first design is drawn. Rewards are in units of the largest tested so far; amplitude, length
-    and noise are learnt by their marginal likelihood, by scikit-learn, after some of the tests.
-    The next test is the largest upper confidence bound; builds the best tested.
+    The kernel uses the distance of one-hot digits, the root of the share of sites that differ. The
+    first design is drawn at random. Rewards are in units of the largest tested so far. Amplitude,
+    length and noise are learnt by their marginal likelihood, with scikit-learn, after some of the
+    tests. The next test is the largest upper confidence bound. Recommends the best tested design.
 
     Parameters
     ----------
     exploration : float
-        Standard deviations of the upper confidence bound.
+        Number of standard deviations in the upper confidence bound.
     learn_at : list of int
-        After so many tests.
+        Numbers of tests after which to learn.
 
     Notes
     -----
@@ -222,7 +222,7 @@ class GpUcb(Method):
         self.process: GaussianProcess | None = None
 
     def ask(self) -> int:
-        """Return the largest upper confidence bound of those not tested; at first draw one."""
+        """Return the untested design with the largest upper confidence bound; at first draw one."""
         if self.process is None:
             left = np.flatnonzero(self.untested())
             return int(left[self.rng.integers(len(left))])
@@ -230,19 +230,16 @@ class GpUcb(Method):
         return first_best(bound, self.untested())
 
     def tell(self, test: Test) -> None:
-        """Learn it, and now and then the kernel."""
+        """Learn the result, and after some tests the kernel."""
         super().tell(test)
         largest = max(abs(one.reward) for one in self.tests)
-        is_new = largest > self._unit or self.process is None
-        if len(self.tests) in self._learn_at:
-            self._unit = largest or 1.0
-            self._learn()
-        elif is_new:
-            self._unit = largest or 1.0
-        else:
-            assert self.process is not None
+        is_time = len(self.tests) in self._learn_at
+        if self.process is not None and largest <= self._unit and not is_time:
             self.process.add(test.design, test.reward / self._unit)
             return
+        self._unit = largest or 1.0
+        if is_time:
+            self._learn()
         self.process = GaussianProcess(
             np.zeros(N_DESIGNS),
             lambda design: self._variance * matern(hamming(design), self._length),
@@ -253,11 +250,11 @@ class GpUcb(Method):
             self.process.add(one.design, one.reward / self._unit)
 
     def predict(self) -> Array | None:
-        """Return the process's mean."""
+        """Return the mean of the process."""
         return None if self.process is None else self.process.mean * self._unit
 
     def models(self) -> None:
-        """Return None: it holds none."""
+        """Return None: it has no models."""
 
     def _learn(self) -> None:
         """Fit amplitude, length and noise by scikit-learn."""
@@ -269,7 +266,7 @@ class GpUcb(Method):
             + kernels.WhiteKernel(self._noise, (1e-4, 1))
         )
         values = np.array([test.reward for test in self.tests]) / self._unit
-        with warnings.catch_warnings():  # a parameter at its bound is no news
+        with warnings.catch_warnings():  # ignore the warning that a parameter is at its bound
             warnings.simplefilter("ignore")
             regressor.fit(points()[[test.design for test in self.tests]], values)
         found = regressor.kernel_

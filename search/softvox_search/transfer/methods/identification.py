@@ -20,21 +20,21 @@ Array = NDArray[np.float64]
 
 
 class Identification(Method):
-    """Fits after some of the tests, and judges candidates by the mean over the fitted models.
+    """Fits models after some of the tests, and judges candidates by the mean over the models.
 
-    Candidates are designs that can be tested: the half that the nominal simulator likes best, and
-    others that are drawn. The next test, and what it builds, is the best of them in expectation;
-    what was tested counts as it was seen. Before the first fit that is the simulator's order. A
-    subclass has `fit`.
+    Candidates are testable designs: half of them the best in the nominal simulator, the others
+    drawn at random. The next test, and the recommendation, is the best candidate in expectation;
+    tested designs count with their measured rewards. Before the first fit the simulator's order
+    decides. A subclass has `fit`.
 
     Parameters
     ----------
     models : {"coulomb", "coulomb_area", "all"}
-        What is fitted; see `softvox_search.transfer.library`.
+        The fitted parameters; see `softvox_search.transfer.library`.
     fit_at : list of int
-        After so many tests.
+        Numbers of tests after which to fit.
     candidates : int
-        Designs that are simulated under the fitted models.
+        Number of designs that are simulated under the fitted models.
     """
 
     def __init__(
@@ -60,20 +60,20 @@ class Identification(Method):
         raise NotImplementedError(f"{type(self).__name__} must have a fit()")
 
     def ask(self) -> int | None:
-        """Return the candidate that is best in expectation; none where all were tested."""
+        """Return the candidate that is best in expectation; None if all were tested."""
         reward = np.round(self.task.reward(self._expected), 9)
         reward[~self.untested()[self._candidates]] = -np.inf
         best = int(np.argmax(reward))
         return None if np.isneginf(reward[best]) else int(self._candidates[best])
 
     def tell(self, test: Test) -> None:
-        """Learn it, and fit where it is time."""
+        """Learn the result, and fit if it is time."""
         super().tell(test)
         if len(self.tests) in self._fit_at:
             self._expected = self.simulate(self.fit(), self._candidates).mean(axis=0)
 
     def recommend(self) -> int:
-        """Return the best in expectation, of which the tested count as they were seen."""
+        """Return the best design in expectation; tested designs have their measured rewards."""
         best = super().recommend()
         seen = max(test.reward for test in self.tests)
         asked = self.ask()
@@ -83,10 +83,10 @@ class Identification(Method):
         return asked if expected > seen else best
 
     def predict(self) -> Any:
-        """Return None: it expects something of the candidates alone."""
+        """Return None: it has expectations only for the candidates."""
 
     def models(self) -> Any:
-        """Return None: its models say nothing of most designs."""
+        """Return None: its models do not cover most designs."""
 
     def simulate(self, shares: Array, designs: Any) -> Array:
         """Return the displacement of designs under models, all in one batch.
@@ -106,7 +106,7 @@ class Identification(Method):
         return moved.reshape(*np.shape(shares)[:-1], n, 3)
 
     def misfit(self, shares: Array) -> Array:
-        """Return the mean square of how far models are off over all tests, voxel widths.
+        """Return the mean squared misfit of models over all tests, voxel widths.
 
         A number of one model, shares of shape (8,); shape (models,) of several.
         """
@@ -117,20 +117,20 @@ class Identification(Method):
 
 
 class SimOpt(Identification):
-    """A normal distribution over the parameters, moved towards what the tests showed.
+    """A normal distribution over the parameters, moved towards the results of the tests.
 
-    At every fit models are drawn and weighted by their misfit, as far as the divergence from the
-    distribution before allows; the distribution is then that of the weighted models, and its mean
-    the model by which designs are judged.
+    At every fit, models are drawn and weighted by their misfit, as far as the divergence from the
+    previous distribution allows. The new distribution is that of the weighted models, and its mean
+    is the model that judges designs.
 
     Parameters
     ----------
     draws, rounds : int
-        Models drawn in a round, and rounds of a fit.
+        Number of models drawn in a round, and of rounds in a fit.
     divergence : float
         The largest Kullback-Leibler divergence of a round.
     models, fit_at, candidates
-        As `Identification` has them.
+        As in `Identification`.
 
     Notes
     -----
@@ -173,7 +173,7 @@ class SimOpt(Identification):
 
 
 def weights(cost: Array, divergence: float) -> Array:
-    """Return weights that fall with cost, as far from equal ones as the divergence allows.
+    """Return weights that fall with cost, as far from equal weights as the divergence allows.
 
     They are exp(-cost / temperature), with the lowest temperature that keeps the Kullback-Leibler
     divergence from equal weights.

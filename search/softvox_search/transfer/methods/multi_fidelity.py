@@ -24,30 +24,31 @@ SIMULATED, REAL = 0.0, 1.0
 
 
 class Mfbo(Method):
-    """Multi-fidelity Bayesian optimisation: the simulator is a cheap view of reality.
+    """Multi-fidelity Bayesian optimisation: the simulator is a cheap approximation of reality.
 
-    A Gaussian process of botorch over one-hot digits and the fidelity learns from some designs in
-    the simulator, known from the start as they cost nothing, and from the tests; its parameters by
-    their marginal likelihood, after some of the tests. The next test is the candidate that tells
-    most of the largest reward in reality. Builds the best tested. What it shares between simulator
-    and reality it takes to be alike in sign: the kernel has no negative correlation.
+    A Gaussian process of botorch over one-hot digits and the fidelity learns from the tests and
+    from some designs in the simulator, which are known from the start because they cost nothing.
+    Its parameters are learnt by their marginal likelihood, after some of the tests. The next test
+    is the candidate with the most information about the largest reward in reality. Recommends the
+    best tested design. The kernel has no negative correlation, so simulator and reality are assumed
+    to agree in sign.
 
     Parameters
     ----------
     simulated, candidates : int
-        Designs whose simulation it learns from, and designs that it may test, of those that can be:
-        each half those that the simulator likes best, half drawn of the others.
+        Number of designs whose simulation it learns from, and of designs that it may test, among
+        the testable ones: half of each the best in the simulator, half drawn from the others.
     learn_at : list of int
-        After so many tests.
+        Numbers of tests after which to learn.
     noise : float
         Variance of a test and of a simulation, in units of the simulator's best reward squared.
     iterations : int
-        At most as many of the optimiser that learns the parameters.
+        Most iterations of the optimiser that learns the parameters.
 
     Raises
     ------
     ImportError
-        Where botorch is not installed.
+        If botorch is not installed.
 
     Notes
     -----
@@ -82,7 +83,7 @@ class Mfbo(Method):
         self._learnt: Any = None  # the parameters, as of the last ask
 
     def ask(self) -> int | None:
-        """Return the candidate that tells most; None where all were tested."""
+        """Return the most informative candidate; None if all were tested."""
         among = self._candidates[self.untested()[self._candidates]]
         if not len(among):
             return None
@@ -96,26 +97,26 @@ class Mfbo(Method):
             return int(among[first_best(gain.numpy())])
 
     def tell(self, test: Test) -> None:
-        """Learn it."""
+        """Learn the result."""
         super().tell(test)
         self._x = np.concatenate([self._x, _at(np.array([test.design]), REAL)])
         self._y = np.append(self._y, test.reward / self._unit)
 
     def predict(self) -> Array:
-        """Return the process's mean in reality."""
-        with own_torch(np.random.default_rng(0)) as torch:  # not its own: asks stay as they are
+        """Return the mean of the process in reality."""
+        with own_torch(np.random.default_rng(0)) as torch:  # asks don't depend on it
             process = self._process(torch)
-            # In parts, as the memory grows with the square.
+            # In parts, because memory grows with the square.
             parts = torch.as_tensor(_at(np.arange(N_DESIGNS), REAL)).split(300)
             with torch.no_grad(), self._gpytorch.settings.skip_posterior_variances():
                 mean = torch.cat([process.posterior(part).mean[:, 0] for part in parts])
             return np.asarray(mean.numpy() * self._unit)
 
     def models(self) -> None:
-        """Return None: it holds none."""
+        """Return None: it has no models."""
 
     def _process(self, torch: Any) -> Any:
-        """Return the process given all that is known; learn its parameters where it is time."""
+        """Return the process given all data; learn its parameters if it is time."""
         x, y = torch.as_tensor(self._x), torch.as_tensor(self._y)[:, None]
         noise = torch.full_like(y, self._noise)
         kind = self._botorch.models.SingleTaskMultiFidelityGP

@@ -1,4 +1,4 @@
-"""A method that learns to read the physics off what tests show, by simulations of them."""
+"""A method that learns to infer the physics from test results, by simulating the tests."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ from softvox_search.transfer.simulator import Simulator
 
 Array = NDArray[np.float64]
 
-#: Where all models agree on a design, a test is not taken as more exact than this, voxel widths.
+#: Voxel widths; if all models agree on a design, a test counts as no more exact than this.
 LEAST_SPREAD = 0.02
 
-#: What tests show is held within so many standard deviations of what the models say.
+#: Test results are clipped to this many standard deviations of the models' predictions.
 MOST_DEVIATIONS = 4.0
 
-#: Of the training: models in a batch, epochs at most and without gain, learning rate.
+#: Training: models in a batch, most epochs, most epochs without gain, learning rate.
 BATCH, EPOCHS, PATIENCE, RATE = 64, 200, 20, 5e-3
 
 
 class Npe(Identification):
-    """Neural posterior estimation: a network that tells the physics from what tests show.
+    """Neural posterior estimation: a network infers the physics from the test results.
 
-    Models are drawn from the prior once. At every fit the designs tested are simulated under each,
+    Models are drawn from the prior once. At every fit the tested designs are simulated under each,
     and a conditional density estimator of sbi learns the models' shares from dx and dy of these
-    designs; designs are judged by models drawn from its posterior, given what the tests showed.
-    A tenth of the models, kept from it, tells when to stop.
+    designs. Models drawn from its posterior, given the test results, judge designs. A tenth of the
+    models is held out and decides when to stop.
 
     Parameters
     ----------
     draws : int
-        Models drawn from the prior, at least 20.
+        Number of models drawn from the prior, at least 20.
     particles : int
-        Models drawn from the posterior; what leaves the prior's range is set to its end.
+        Number of models drawn from the posterior; values beyond the prior's range are clipped.
     estimator : str
-        Of sbi's: "maf", "mdn", "nsf", "made".
+        An estimator of sbi: "maf", "mdn", "nsf", "made".
     models, fit_at, candidates
-        As `Identification` has them.
+        As in `Identification`.
 
     Raises
     ------
     ImportError
-        Where sbi is not installed.
+        If sbi is not installed.
 
     Notes
     -----
@@ -90,7 +90,7 @@ class Npe(Identification):
         return shares
 
     def _posterior(self, theta: Array, x: Array, seen: Array) -> Array:
-        """Return draws of the posterior of theta, shape (particles, k), given what was seen."""
+        """Return draws of the posterior of theta, shape (particles, k), given the observations."""
         with own_torch(self.rng) as torch:
             given, known = torch.as_tensor(theta), torch.as_tensor(x)
             held = max(2, len(theta) // 10)
@@ -120,7 +120,7 @@ class Npe(Identification):
 
 
 def _scaled(said: Array, seen: Array) -> tuple[Array, Array]:
-    """Return what models say and what was seen as standard deviations of the models, flat."""
+    """Return predictions and observations in standard deviations of the models, flat."""
     mean = said.mean(axis=0)
     scale = np.maximum(said.std(axis=0), LEAST_SPREAD)
     limit = MOST_DEVIATIONS

@@ -1,4 +1,4 @@
-"""Methods that every other has to beat: chance, the simulator's own order, and the truth."""
+"""Reference methods: chance, the simulator's order, and the truth."""
 
 from __future__ import annotations
 
@@ -17,57 +17,44 @@ Array = NDArray[np.float64]
 
 
 class Random(Method):
-    """Tests designs drawn of those that can be and were not yet; builds the best tested."""
+    """Tests designs drawn from the untested ones; recommends the best tested."""
 
     def ask(self) -> int:
         """Draw a design."""
         return int(self.rng.choice(np.flatnonzero(self.untested())))
 
     def predict(self) -> None:
-        """Return None: it expects nothing."""
+        """Return None: it has no expectations."""
 
     def models(self) -> None:
-        """Return None: it holds none."""
+        """Return None: it has no models."""
 
 
 class Ranked(Method):
-    """Tests designs in a fixed order, the largest `score` first; builds the best tested.
+    """Tests designs in a fixed order, the largest `score` first; recommends the best tested."""
 
-    A subclass computes the score, shape (6561,).
-    """
-
-    def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
-        super().__init__(simulator, task, rng)
-        self.score = np.zeros(0)
+    score: Array  #: Which a subclass computes, shape (6561,).
 
     def ask(self) -> int:
-        """Return the best not tested yet."""
+        """Return the best untested design."""
         return first_best(self.score, self.untested())
-
-    def predict(self) -> Array:
-        """Return the score."""
-        return self.score
 
 
 class SimulatorTop(Ranked):
-    """Tests the simulator's best designs in order; builds the best tested."""
+    """Tests the simulator's best designs in order; recommends the best tested."""
 
     def __init__(self, simulator: Simulator, task: Task, rng: np.random.Generator) -> None:
         super().__init__(simulator, task, rng)
         self.score = task.reward(simulator.landscape())
 
-    def predict(self) -> Array:
-        """Return what the simulator says."""
-        return self.simulator.landscape()
-
 
 class Jakobi(Ranked):
-    """Tests the designs that are best on average in the noisy simulator; builds the best tested.
+    """Tests the best designs on average in the noisy simulator; recommends the best tested.
 
     Parameters
     ----------
     level : float
-        Of the noise; see `softvox_gym.noisy_landscape`.
+        Level of the noise; see `softvox_gym.noisy_landscape`.
 
     Notes
     -----
@@ -79,9 +66,13 @@ class Jakobi(Ranked):
     ) -> None:
         super().__init__(simulator, task, rng)
         self._moved = simulator.noisy(level)
-        # The mean distance under noise is more than the distance of the mean displacement.
+        # The mean distance under noise exceeds the distance of the mean displacement.
         is_directed = task.heading is not None
         self.score = task.reward(self._moved) if is_directed else noisy_landscape(level)["mean"]
+
+    def predict(self) -> Array:
+        """Return the score."""
+        return self.score
 
     def models(self) -> Array:
         """Return the mean of the noisy simulators."""
@@ -89,17 +80,17 @@ class Jakobi(Ranked):
 
 
 class DomainRandomisation(Ranked):
-    """Tests the designs that are best over an ensemble of models; builds the best tested.
+    """Tests the best designs over an ensemble of models; recommends the best tested.
 
     Parameters
     ----------
     models : {"coulomb", "coulomb_area", "all"}
-        What varies; see `softvox_search.transfer.library`.
+        The varied parameters; see `softvox_search.transfer.library`.
     size : int
-        Of the ensemble.
+        Size of the ensemble.
     tail : float, optional
-        Designs are judged by the mean over this share of the models, those where they do worst
-        (the conditional value at risk); by the mean over all where None.
+        Designs are judged by the mean over this share of the models, those in which they do worst
+        (the conditional value at risk); by default by the mean over all.
 
     Notes
     -----
@@ -137,13 +128,13 @@ class DomainRandomisation(Ranked):
 
 
 class Oracle(Method):
-    """Knows the truth, which only this one is given: what nobody can beat."""
+    """Knows the truth, which no other method gets: the upper bound."""
 
     #: Reward of every design in reality, shape (6561,).
     truth: Any = None
 
     def ask(self) -> int:
-        """Return the best not tested yet."""
+        """Return the best untested design."""
         return first_best(self.truth, self.untested())
 
     def predict(self) -> Array:

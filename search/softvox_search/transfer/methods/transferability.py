@@ -1,15 +1,16 @@
-"""The transferability approach: search the simulator for what is good, transfers, and is new."""
+"""The transferability approach: search the simulator for fit, transferable and diverse designs."""
 
 from __future__ import annotations
 
 import numpy as np
-from deap import base, tools
+from deap import base
 from numpy.typing import NDArray
 
 from softvox_gym import Task
 from softvox_gym.landscapes.table import LATTICE, N_DESIGNS
 from softvox_gym.simulation import check_count
-from softvox_search.evolution import Evolutionary, Individual, rows
+from softvox_search.evolution import Individual, rows
+from softvox_search.searchers.nsga2 import Nsga2
 from softvox_search.transfer.protocol import Method, Test, first_best
 from softvox_search.transfer.simulator import Simulator
 
@@ -22,14 +23,13 @@ class _Three(base.Fitness):  # type: ignore[misc]  # DEAP has no type hints
     weights = (1.0, -1.0, 1.0)
 
 
-class _Front(Evolutionary):
-    """NSGA-II on the reward in the simulator, the disparity expected, and diversity."""
+class _Front(Nsga2):
+    """NSGA-II on the reward in the simulator, the expected disparity, and diversity."""
 
     fitness = _Three
 
     def __init__(self, rng: np.random.Generator, population: int, reward: Array) -> None:
-        super().__init__(LATTICE, rng, population=population, crossover=0.8, mutation=1 / 4)
-        self.toolbox.register("select", tools.selTournamentDCD, k=population)
+        super().__init__(LATTICE, rng, population=population)
         self.reward = reward
         self.disparity = np.zeros(N_DESIGNS)
 
@@ -56,32 +56,31 @@ class _Front(Evolutionary):
         pool = offspring + self.population
         digits = rows(pool, LATTICE)
         numbers = LATTICE.numbers(digits)
-        # The mean share of sites in which a design differs from the others: of every site, how
-        # many have another digit there.
+        # The mean share of sites in which a design differs from the others: for every site, the
+        # number of others with another digit there.
         alike = (digits[:, :, np.newaxis] == np.arange(3)).sum(axis=0)
         diversity = 1 - alike[np.arange(LATTICE.sites), digits].mean(axis=1) / len(pool)
         columns = self.reward[numbers], self.disparity[numbers], diversity
         for individual, *values in zip(pool, *(column.tolist() for column in columns), strict=True):
             individual.fitness.values = values
-        survivors: list[Individual] = tools.selNSGA2(pool, self._size, nd="log")
-        return survivors
+        return super()._survivors(offspring)
 
 
 class Transferability(Method):
-    """Evolves designs in the simulator for reward, little disparity to reality, and diversity.
+    """Evolves designs in the simulator for reward, low disparity from reality, and diversity.
 
-    The disparity of a design tested is how far apart its displacements in simulator and reality
-    are; that of the others is weighted by the inverse squared distance to those tested, in the
-    behaviour in the simulator: distance travelled, mean height, heading. After some generations
-    the design of the population that behaves least like those tested is the next test; the first
-    is the fittest. Builds the best tested.
+    The disparity of a tested design is the distance between its displacements in simulator and
+    reality. That of the others is interpolated from the tested ones, weighted by the inverse
+    squared distance in the behaviour in the simulator: distance travelled, mean height, heading.
+    After some generations the next test is the design of the population that behaves least like the
+    tested ones; the first test is the fittest. Recommends the best tested design.
 
     Parameters
     ----------
     population : int
         A multiple of 4.
     generations : int
-        From one test to the next.
+        Number of generations between tests.
 
     Notes
     -----
@@ -99,21 +98,18 @@ class Transferability(Method):
         generations: int = 5,
     ) -> None:
         super().__init__(simulator, task, rng)
-        check_count("population", population, least=4)
         check_count("generations", generations, least=1)
-        if population % 4:
-            raise ValueError(f"population must be a multiple of 4, got {population}")
         moved = simulator.landscape()
         self._moved = moved
         self._behaviour = _behaviour(moved, simulator.mean_height())
         self._front = _Front(rng, population, task.reward(moved))
         self._generations = generations
-        # Of every design: to the nearest tested, squared; weights, and weights times disparities.
+        # For every design: squared distance to the nearest tested; weights; weighted disparities.
         self._apart = np.full(N_DESIGNS, np.inf)
         self._weight, self._weighted = np.zeros(N_DESIGNS), np.zeros(N_DESIGNS)
 
     def ask(self) -> int:
-        """Evolve, and return the design that behaves least like those tested."""
+        """Evolve, and return the design that behaves least like the tested ones."""
         for _ in range(self._generations):
             population = self._front.advance()
         among = np.zeros(N_DESIGNS, dtype=bool)
@@ -126,7 +122,7 @@ class Transferability(Method):
         return first_best(self._apart, among)
 
     def tell(self, test: Test) -> None:
-        """Learn how far it is off, and what that says of the others."""
+        """Learn the disparity of the test, and what it implies for the others."""
         super().tell(test)
         off = self._moved[test.design, :2] - test.displacement[:2]
         apart = np.square(self._behaviour - self._behaviour[test.design]).sum(axis=1)
@@ -138,7 +134,7 @@ class Transferability(Method):
 
 
 def _behaviour(moved: Array, height: Array) -> Array:
-    """Return what designs do, shape (6561, 4): distance, height, heading as half a unit vector."""
+    """Return the behaviour of designs, (6561, 4): distance, height, half a heading vector."""
     distance = np.sqrt(np.square(moved[:, :2]).sum(axis=1))
     heading = moved[:, :2] / np.maximum(distance, 1e-9)[:, np.newaxis] / 2
     spread = max(float(np.ptp(height)), 1e-9)

@@ -1,4 +1,4 @@
-"""softvox trials: runs of robots, kept as small files and held against the simulator.
+"""softvox trials: runs of robots, kept as small files and compared with the simulator.
 
 Each of `SUBCOMMANDS` is a module with `add_parser(commands)`, which sets `run` and `parser` as a
 command's does, and is light to import.

@@ -1,4 +1,4 @@
-"""softvox trials compare: trials held against the simulator, and against each other."""
+"""softvox trials compare: trials compared with the simulator, and with each other."""
 
 from __future__ import annotations
 

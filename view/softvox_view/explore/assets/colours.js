@@ -2,13 +2,18 @@
 
 const LIGHT = "#fff";
 const DARK = "#1a1f29";
-const SOME_TRAVEL = 0.25; // voxel widths: what travels less has no heading to speak of
+const LITTLE = 0.25; // voxel widths: what travels less has no heading, as of softvox_gym.real_tracks
 const UNKNOWN = [226, 230, 235]; // still being simulated
 const DIMMED = 0.86; // headings are darker than the white of those that have none
 
-/** The heading of a displacement, degrees from +x towards +y. */
+/** The heading of a displacement, degrees from +x towards +y; null where it has none. */
 export function heading(dx, dy) {
-  return (Math.atan2(dy, dx) * 180) / Math.PI;
+  return Math.hypot(dx, dy) >= LITTLE ? (Math.atan2(dy, dx) * 180) / Math.PI : null;
+}
+
+/** The angle between two headings, degrees from 0 to 180; null where either is. */
+export function between(first, second) {
+  return first === null || second === null ? null : Math.abs(((second - first + 540) % 360) - 180);
 }
 
 /**
@@ -58,7 +63,7 @@ function quantileOf(shown) {
 function headings({ dx, dy, fitness }) {
   // As in the figure of headings: dark towards −x, light towards +x.
   const scale = (share) => sample(twilight, (share + 0.5) % 1).map((c) => DIMMED * c);
-  const angles = fitness.map((value, i) => (value >= SOME_TRAVEL ? heading(dx[i], dy[i]) : null));
+  const angles = fitness.map((_, i) => heading(dx[i], dy[i]));
   const colour = (i) => {
     if (fitness[i] === null) return null;
     return angles[i] === null ? [255, 255, 255] : scale((angles[i] + 180) / 360);

@@ -1,6 +1,6 @@
 // Which designs are looked at: filters, the fittest of those that pass, and one by chance.
 
-import { heading } from "./colours.js";
+import { between, heading } from "./colours.js";
 import { element, find } from "./page.js";
 import { digitsOf, drawRobot } from "./robot.js";
 
@@ -12,13 +12,13 @@ const PAGE = 12; // robots
 /** Return which designs pass, a row of true and false. */
 export function passing(filters, { counts, noise, fitness: published, tried }, { dx, dy, fitness }) {
   const { voxels, active, towards, robust } = filters;
-  const turn = (i) => Math.abs(((heading(dx[i], dy[i]) - towards + 540) % 360) - 180);
-  return fitness.map((value, i) => {
+  const turn = (i) => between(heading(dx[i], dy[i]), Number(towards)) ?? Infinity;
+  return fitness.map((_, i) => {
     const [there, pumped] = counts[i];
     if (voxels && there !== Number(voxels)) return false;
     if (active && pumped !== Number(active)) return false;
     if (filters.tried && tried.length && !tried.includes(i)) return false;
-    if (towards && !(value > 0 && turn(i) <= SECTOR)) return false;
+    if (towards && turn(i) > SECTOR) return false;
     return !robust || (published[i] > 0 && noise[i] / published[i] >= Number(robust));
   });
 }

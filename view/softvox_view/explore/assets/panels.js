@@ -23,11 +23,10 @@ export function rankOf(fitness, design) {
 
 /** One line about a design, for the cell under the pointer. */
 export function inShort(design, atlas, { dx, dy, fitness }) {
-  const travels = fitness[design] ? [`heading ${number(heading(dx[design], dy[design]), 0)}°`] : [];
   return [
     `${design} · ${digitsOf(design)}`,
     `fitness ${number(fitness[design])}`,
-    ...travels,
+    ...headingInWords(dx[design], dy[design]),
     `published ${number(atlas.fitness[design])}`,
     `under noise ${number(atlas.noise[design])}`,
   ].join(", ");
@@ -35,8 +34,12 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
 
 /** The same of another world, shorter. */
 export function inBrief(design, { dx, dy, fitness }) {
-  const travels = fitness[design] ? `, heading ${number(heading(dx[design], dy[design]), 0)}°` : "";
-  return `fitness ${number(fitness[design])}${travels}`;
+  return [`fitness ${number(fitness[design])}`, ...headingInWords(dx[design], dy[design])].join(", ");
+}
+
+function headingInWords(dx, dy) {
+  const towards = heading(dx, dy);
+  return towards === null ? [] : [`heading ${number(towards, 0)}°`];
 }
 
 /**
@@ -62,7 +65,7 @@ export function fillFacts(table, columns, atlas) {
     ["rank of 6561", ({ rank }) => rank],
     ["dx", ({ dx }) => dx, 2],
     ["dy", ({ dy }) => dy, 2],
-    ["heading, °", ({ dx, dy, fitness }) => (fitness ? heading(dx, dy) : "none"), 1],
+    ["heading, °", ({ dx, dy }) => heading(dx, dy) ?? "none", 1],
   ];
   const row = (name, texts, tag, scope) =>
     element("tr", {}, name, ...texts.map((text) => element(tag, { text, ...scope })));

@@ -164,7 +164,7 @@ export function digitsOfAll(designs) {
 export const SITES = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1, (i >> 1) & 1, i >> 2]); // [x, y, z]
 
 /** What `simulateOn` takes of designs under a physics; strain and phase may be of every site. */
-export function batchOf(known, physics, designs, { strain, phase, track = 0, frames = 0 } = {}) {
+export function batchOf(known, physics, designs, { strain, phase, frames = 0 } = {}) {
   const digits = digitsOfAll(designs);
   const { edge, settle_time, actuation, gravity, single_precision_rest } = physics;
   const isRounded = single_precision_rest && actuation !== "expand_and_contract";
@@ -181,7 +181,7 @@ export function batchOf(known, physics, designs, { strain, phase, track = 0, fra
     digits,
     strain: strain ? Float64Array.from(strain) : new Float64Array(digits.length).fill(physics.strain),
     phase: phase ? Float64Array.from(phase) : null,
-    track,
+    track: 0,
     frames,
   };
 }

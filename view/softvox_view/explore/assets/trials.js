@@ -1,6 +1,6 @@
 // Trials of robots: which designs were tried, on the map, and their tracks beside the simulated ones.
 
-import { heading } from "./colours.js";
+import { between, heading } from "./colours.js";
 import { element, find } from "./page.js";
 import { Refused } from "./physics.js";
 import { unbase64 } from "./recording.js";
@@ -14,7 +14,6 @@ export const NO_TRIALS = { trials: "", whole: "" };
 
 const NONE = "none";
 const TRIED_COLOURS = { measured: "#ff8a1f", simulated: "#45a3ff" }; // as in app.css, on any map
-const LITTLE = 0.25; // voxel widths: what travels less has no heading
 const NAMED = 9; // designs at most, where some are refused
 const AROUND = 0.5; // voxel widths around the tracks
 const PIXELS = [440, 240]; // about, of the drawing
@@ -131,8 +130,7 @@ export function compared(simulated, runs, source, isWhole) {
   const cycles = isWhole ? Infinity : Math.min(...all.map(({ points }) => points.at(-1)[0]));
   const column = (name, kind, points) => {
     const [own, ...end] = at(points, cycles);
-    const distance = Math.hypot(...end);
-    return { name, kind, cycles: own, end, distance, heading: distance >= LITTLE ? heading(...end) : null };
+    return { name, kind, cycles: own, end, distance: Math.hypot(...end), heading: heading(...end) };
   };
   const ends = runs.map(({ points }) => at(points, cycles));
   const mean = [0, 1, 2].map((k) => ends.reduce((sum, end) => sum + end[k], 0) / ends.length);
@@ -140,8 +138,7 @@ export function compared(simulated, runs, source, isWhole) {
   const columns = simulated.map(({ name, points }) => {
     if (!points) return { name, kind: "here", cycles: null, distance: null, heading: null, turn: null, apart: null };
     const made = column(name, "here", points);
-    const hasBoth = made.heading !== null && tried.heading !== null;
-    made.turn = hasBoth ? Math.abs(((made.heading - tried.heading + 540) % 360) - 180) : null;
+    made.turn = between(made.heading, tried.heading);
     made.apart = Math.hypot(made.end[0] - mean[1], made.end[1] - mean[2]);
     return made;
   });

@@ -385,9 +385,8 @@ export class SoftvoxPlayer {
     for (const [name, value] of Object.entries(place)) label.style[name] = `${value}px`;
     label.classList.toggle("small", isSmall);
     const spans = names.map((textContent) => made("span", { className: "name", textContent }));
-    if (robots.length > 1) {
-      spans.forEach((span, k) => (span.style.color = colourOf(robots[k], this.#bodies.length)));
-    } else if (!this.#filters) {
+    if (this.#strips) spans.forEach((span, k) => (span.style.color = colourOf(robots[k], this.#bodies.length)));
+    if (robots.length === 1 && !this.#filters) {
       spans.push(made("span", { className: "gone", textContent: gone[0] + (isSmall ? "" : " voxel widths") }));
     }
     const [width, height] = [place.width, place.height];

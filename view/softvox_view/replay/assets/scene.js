@@ -6,7 +6,7 @@
  * brings them as `style`. Lengths are voxel widths, the floor is z = 0.
  */
 
-import { Body, NUMBERS_PER_FACE } from "./bodies.js";
+import { NUMBERS_PER_FACE } from "./bodies.js";
 import { cameraOf, onPanel, Route } from "./camera.js";
 import { CUBES, FLOOR, SHADOW, STROKE } from "./shaders.js";
 

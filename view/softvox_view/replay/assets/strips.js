@@ -1,6 +1,7 @@
 /** Under a player, in step with it: how far each robot has gone, and how large it is. */
 
 const STRIP_HEIGHT = 100;
+const DASHES = ["none", "7 3", "2 2"]; // colours alone do not tell robots apart for everybody
 const MOST_CYCLES = 60; // with more, their lines would be a grey area
 
 const STRIPS = {
@@ -56,7 +57,8 @@ export class Strips {
         const points = curve.flatMap((value, frame) =>
           Number.isFinite(value) ? `${across(frame).toFixed(1)},${up(value).toFixed(1)}` : [],
         );
-        return `<polyline style="stroke: ${colourOf(i, bodies.length)}" points="${points.join(" ")}"/>`;
+        const look = `stroke: ${colourOf(i, bodies.length)}; stroke-dasharray: ${DASHES[i % DASHES.length]}`;
+        return `<polyline style="${look}" points="${points.join(" ")}"/>`;
       });
       svg.innerHTML = `<path class="cycles" d="${lines}"/>${drawn.join("")}<path class="cursor"/>`;
       svg.setAttribute("aria-label", `${word}, up to ${high.toFixed(2)}; a line per cycle`);
