@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from softvox_gym.cli.parser import number
+from softvox_gym.cli.parser import add_several, number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_file
 from softvox_search.registry import Registry
@@ -41,12 +41,8 @@ def not_negative(text: str) -> int:
 
 def add_method_options(parser: ArgumentParser, *, task: str, heading: str) -> None:
     """Add --option, --task, --heading and --seed of a transfer method, with the usual values."""
-    parser.add_argument(
-        "--option",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="an option of the method, with a TOML value; may be given several times",
+    add_several(
+        parser, "--option", "KEY=VALUE", "an option of the method, with a TOML value", kind=str
     )
     parser.add_argument(
         "--task",

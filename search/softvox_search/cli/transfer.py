@@ -180,7 +180,7 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 
 def _where(args: Namespace) -> Reality:
     """Return the reality that is meant."""
-    if args.reality is not None and args.trials is not None:
+    if args.reality is not None and args.trials:
         raise BadInputError("give either --reality or --trials, not both")
     if (made := measured_of(args)) is not None:
         return made

@@ -9,6 +9,7 @@ import shutil
 import sys
 from collections.abc import Iterable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, NoReturn
 
 from softvox_gym.cli.terminal import BadInputError, bad_input, complain
@@ -73,6 +74,12 @@ def whole_number(text: str) -> int:
             f"must be a whole number above 0 and at most {10**9 - 1}, got {text}"
         )
     return int(text)
+
+
+def add_several(parser: Any, option: str, metavar: str, what: str, *, kind: Any = Path) -> None:
+    """Add an option that may be given several times: a list, which is empty without it."""
+    told: dict[str, Any] = {"metavar": metavar, "help": f"{what}; may be given several times"}
+    parser.add_argument(option, type=kind, action="append", default=[], **told)
 
 
 def add_shape(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from softvox_gym.cli.parser import number
+from softvox_gym.cli.parser import add_several, number
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.design import called
 from softvox_gym.real_tracks import MOST_CYCLES
@@ -29,13 +29,7 @@ FILTERS = ("design", "lattice", *EQUAL, *TEXTS)
 def add_trials(parser: ArgumentParser) -> None:
     """Add --trials, --cycles and the filters."""
     group = parser.add_argument_group("trials", "They must be of 2x2x2 designs and one condition.")
-    group.add_argument(
-        "--trials",
-        type=Path,
-        action="append",
-        metavar="DIR",
-        help="a folder of trials; may be given several times",
-    )
+    add_several(group, "--trials", "DIR", "a folder of trials")
     add_cycles(group)
     add_filters(group)
 
@@ -126,7 +120,7 @@ def measured_of(args: Namespace) -> MeasuredReality | None:
         Where a folder can't be read, none is chosen, those can't be one reality, or other options
         of trials stand alone.
     """
-    if args.trials is None:
+    if not args.trials:
         alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
         if alone:
             raise BadInputError(

@@ -19,7 +19,7 @@ from softvox_gym.calibration import (
     known_of,
     tracks_of,
 )
-from softvox_gym.cli.parser import add_physics, add_threads, physics_of
+from softvox_gym.cli.parser import add_physics, add_several, add_threads, physics_of
 from softvox_gym.cli.reality import plain
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.cli.trials import add_trials, measured_of
@@ -74,14 +74,7 @@ def add_parser(commands: Any) -> None:
         "       softvox calibrate --trials DIR [options]\n"
         "       softvox calibrate --reality NAME --designs N,N,... [options]",
     )
-    parser.add_argument(
-        "--tracks",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE.csv",
-        help="tracks of real robots; may be given several times",
-    )
+    add_several(parser, "--tracks", "FILE.csv", "tracks of real robots")
     parser.add_argument("--reality", metavar="NAME", help="a reality of softvox reality --list")
     parser.add_argument(
         "--designs", metavar="N,N,...", help="designs for --reality, as numbers or digits"

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
+from softvox_gym.cli.parser import add_several
 from softvox_gym.cli.terminal import bad_input, complain
 from softvox_gym.cli.trials import add_shipped
 from softvox_gym.files import check_file, write_file
@@ -50,14 +51,11 @@ def add_parser(commands: Any) -> None:
         help="the initial view, as 'design=6453&gravity=-1.62'",
     )
     add_results(parser, "to show its searchers' paths over the map")
-    parser.add_argument(
+    add_several(
+        parser,
         "--trials",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="a folder of trials, whose tracks are drawn beside the simulated ones; may be given "
-        "several times",
+        "DIR",
+        "a folder of trials, whose tracks are drawn beside the simulated ones",
     )
     add_shipped(parser)
     parser.set_defaults(run=run, parser=parser)

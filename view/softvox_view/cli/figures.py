@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softvox_gym.cli.parser import add_several
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import check_folder
 from softvox_gym.progress import Progress
@@ -85,22 +86,9 @@ def add_parser(commands: Any) -> None:
         metavar="FORMAT",
         help=f"{' or '.join(FORMATS)}, or both (default: both)",
     )
-    parser.add_argument(
-        "--tracks",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE.csv",
-        help="tracks of real robots, for the figure tracks; may be given several times",
-    )
+    add_several(parser, "--tracks", "FILE.csv", "tracks of real robots, for the figure tracks")
     add_results(parser, "for search or transfer")
-    parser.add_argument(
-        "--reality",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="a reality, for the figures named gap...; may be given several times",
-    )
+    add_several(parser, "--reality", "NAME", "a reality, for the figures named gap...", kind=str)
     scale = "what the heatmap's colours show (default: rank)"
     parser.add_argument("--scale", choices=SCALES, help=scale)
     one = "in the gallery, only one robot per symmetry class"

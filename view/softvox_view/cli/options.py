@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softvox_gym.cli.parser import add_several
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.files import write_folder
 from softvox_gym.missing import missing
@@ -38,14 +39,7 @@ def write_figures(out: Path, files: Mapping[str, bytes | str], *, force: bool) -
 
 def add_results(parser: ArgumentParser, what_for: str) -> None:
     """Add --results, folders that `softvox compare` has written."""
-    parser.add_argument(
-        "--results",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help=f"a results folder of softvox compare, {what_for}; may be given several times",
-    )
+    add_several(parser, "--results", "DIR", f"a results folder of softvox compare, {what_for}")
 
 
 def read_results(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from softvox_gym.cli.landscape import ranking
 from softvox_gym.cli.parser import (
     add_physics,
+    add_several,
     add_shape,
     add_threads,
     named,
@@ -112,13 +113,13 @@ def add_parser(commands: Any) -> None:
         help="show the fittest N instead, only the best of robots that are equal when turned or "
         "mirrored, on a page on which each repeats its last cycle",
     )
-    parser.add_argument(
+    add_several(
+        parser,
         "--versus",
-        action="append",
-        default=[],
-        metavar="WORLD",
-        help="also show each design in this world, in the same scene: reality=NAME (of softvox "
-        "reality --list), or parameters as gravity=-1.62,strain=0.1; may be given several times",
+        "WORLD",
+        "also show each design in this world, in the same scene: reality=NAME (of softvox "
+        "reality --list), or parameters as gravity=-1.62,strain=0.1",
+        kind=str,
     )
     parser.add_argument(
         "--boxes",
