@@ -36,7 +36,7 @@ def loaded(driver, page, state=""):
     driver.get_log("browser")
     driver.get_log("performance")
     driver.get(f"{page}#{state or 'design=6453'}")  # a first visit without would begin the story
-    until(lambda: shown(driver, "robot-panel", "dataset.designs"))
+    until(lambda: robots(driver))
     until(lambda: applied(driver) is not None)
     return driver
 
@@ -80,6 +80,11 @@ def opened_short(driver, page, state=""):
 
 def shown(driver, name, what="textContent"):
     return driver.execute_script(f"return document.getElementById('{name}').{what}")
+
+
+def robots(driver):
+    """Return the numbers of the designs that are shown in motion, as a text."""
+    return shown(driver, "robot-panel", "dataset.designs")
 
 
 def applied(driver):

@@ -14,16 +14,13 @@ from explore_page import (
     one,
     opened,
     opened_short,
+    robots,
     shown,
 )
 
 from softvox_gym import simulate
 
 pytestmark = needs_chromium
-
-
-def robots(driver):
-    return shown(driver, "robot-panel", "dataset.designs")
 
 
 def state(driver):

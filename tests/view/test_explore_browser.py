@@ -31,6 +31,7 @@ from explore_page import (
     one,
     opened,
     opened_short,
+    robots,
     shown,
     sized,
 )
@@ -53,7 +54,7 @@ pytestmark = needs_chromium
 def test_it_loads_without_an_error_and_asks_nobody_else(driver, page):
     loaded(driver, page)
     assert applied(driver) == {}
-    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert robots(driver) == "6453"
     assert facts(driver)["fitness"] == ["4.6573"]
     assert facts(driver)["rank of 6561"] == ["1"]
     error = softvox_gym.landscape()["step_error"][6453]
@@ -84,13 +85,13 @@ def test_hovering_shows_the_robot_and_its_numbers(driver, page):
     assert shown(driver, "hover-text").startswith("4295 · 20002221, fitness 4.65")
     shapes = driver.execute_script("return document.querySelectorAll('#hover-robot circle').length")
     assert shapes == 3 * Design(4295).n_active  # a dot on each of the three faces seen
-    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert robots(driver) == "6453"
 
 
 def test_a_click_simulates_and_replays_and_is_in_the_address(driver, page):
     opened(driver, page)
     mouse(driver, 4295).click().perform()
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    until(lambda: robots(driver) == "4295")
     assert facts(driver)["fitness"] == [f"{simulate(4295).fitness[0]:.4f}"]
     assert "4295" in shown(driver, "player")
     assert shown(driver, "player", "player.frames") > 100
@@ -109,7 +110,7 @@ def test_keys_alone_lead_to_a_robot(driver, page):
     number = int(shown(driver, "hover-text").partition(" ")[0])
     assert tuple(int(place) for place in cell_of(number)) == (10, 1)
     canvas.send_keys(Keys.ENTER)
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == str(number))
+    until(lambda: robots(driver) == str(number))
 
 
 def test_everything_that_can_be_used_is_reached_by_tab_and_has_a_name(driver, page):
@@ -208,13 +209,13 @@ def test_a_design_that_does_not_exist_is_told(driver, page, text):
     entered(driver, "#find-text", text)
     said = until(lambda: shown(driver, "message"))
     assert said == (f"design '{text}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2")
-    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert robots(driver) == "6453"
 
 
 def test_a_design_is_found_by_its_digits(driver, page):
     opened(driver, page)
     entered(driver, "#find-text", "20002221")
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    until(lambda: robots(driver) == "4295")
 
 
 def test_a_design_is_found_by_drawing_it(driver, page):
@@ -223,7 +224,7 @@ def test_a_design_is_found_by_drawing_it(driver, page):
         for _ in range(clicks):
             one(driver, f"[data-site='{site}']").click()
     drawn = str(Design("20000100").index)
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == drawn)
+    until(lambda: robots(driver) == drawn)
     name = one(driver, "[data-site='5']").get_attribute("aria-label")
     assert name == "x 1, y 0, z 1: passive"
 
@@ -232,18 +233,18 @@ def test_two_designs_are_compared(driver, page):
     opened(driver, page)
     one(driver, "#which input[value='compare']").click()
     mouse(driver, 4295).click().perform()
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453 4295")
+    until(lambda: robots(driver) == "6453 4295")
     first, second = simulate([6453, 4295]).fitness
     change = f"\N{MINUS SIGN}{first - second:.4f}"
     assert facts(driver)["fitness"] == [f"{first:.4f}", f"{second:.4f}", change]
     one(driver, "#end-compare").click()
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453")
+    until(lambda: robots(driver) == "6453")
 
 
 def test_an_address_brings_back_what_was_seen(driver, page):
     loaded(driver, page, f"design=4295&compare=6453&map=heading&gravity=-3&{SHORT_STATE}")
     until(lambda: applied(driver) == {**SHORT, "gravity": "-3"})
-    assert shown(driver, "robot-panel", "dataset.designs") == "4295 6453"
+    assert robots(driver) == "4295 6453"
     assert shown(driver, "kind", "value") == "heading"
     assert shown(driver, "value-gravity", "value") == "-3"
 
@@ -264,7 +265,7 @@ def test_two_tabs_do_not_disturb_each_other(driver, page):
         driver.close()
         driver.switch_to.window(first)
     until(lambda: applied(driver) == {**SHORT, "actuation": "clamp"})
-    assert shown(driver, "robot-panel", "dataset.designs") == "6453"
+    assert robots(driver) == "6453"
     assert not np.array_equal(map_pixels(driver), second)
 
 
@@ -279,9 +280,9 @@ def test_a_searchers_path_lies_over_the_map(driver, page):
     assert "searcher=hill_climber&seed=1&budget=60" in driver.current_url
     driver.execute_script("document.getElementById('upto').value = 20")
     entered(driver, "#find-text", "4295")
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    until(lambda: robots(driver) == "4295")
     driver.back()
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "6453")
+    until(lambda: robots(driver) == "6453")
     assert shown(driver, "upto", "value") == "20"  # the path is not searched again
     one(driver, "#clear-path").click()
     assert np.array_equal(map_pixels(driver), bare)
@@ -444,7 +445,7 @@ def test_a_new_wish_ends_the_old_one_and_a_click_does_not_wait_for_it(driver, pa
     entered(driver, "#value-gravity", "-2")
     until(lambda: re.match("[1-9]", shown(driver, "progress-text")))
     entered(driver, "#find-text", "4295")
-    until(lambda: shown(driver, "robot-panel", "dataset.designs") == "4295")
+    until(lambda: robots(driver) == "4295")
     assert not shown(driver, "progress-row", "hidden")
     assert facts(driver)["rank of 6561"] == ["not known yet"]
     dimmed = "return getComputedStyle(document.getElementById('leaders')).opacity"

@@ -15,6 +15,7 @@ from explore_page import (
     mouse,
     one,
     opened,
+    robots,
     shown,
     sized,
 )
@@ -32,10 +33,6 @@ OPTIMUM = 6453
 def seen(driver):
     """Return left, bottom and span of what the map shows, in cells."""
     return np.array([float(part) for part in shown(driver, "map", "dataset.window").split()])
-
-
-def designs(driver):
-    return shown(driver, "robot-panel", "dataset.designs")
 
 
 def wheel(driver, turns, across=0.5, up=0.5):
@@ -155,10 +152,10 @@ def test_a_drag_pans_and_chooses_nothing_and_a_click_still_does(driver, page):
     drag.release().perform()
     moved = seen(driver) - [left, bottom, span]
     np.testing.assert_allclose(moved, [-100 * span / width, 50 * span / width, 0], atol=0.02)
-    assert designs(driver) == "6453"
+    assert robots(driver) == "6453"
     mouse(driver, 3280).click().perform()  # the middle, of what is seen now
-    until(lambda: designs(driver) != "6453")
-    row, column = (int(place) for place in cell_of(int(designs(driver))))
+    until(lambda: robots(driver) != "6453")
+    row, column = (int(place) for place in cell_of(int(robots(driver))))
     assert (column, row) == tuple(np.floor(seen(driver)[:2] + span / 2))
 
 
@@ -202,8 +199,8 @@ def test_two_fingers_zoom_on_a_phone_and_one_chooses(driver, page):
         assert shown(driver, "hover-text").startswith("Tap a cell")
         touch(driver, "touchStart", (0.3, 0.4))
         touch(driver, "touchEnd")
-        until(lambda: designs(driver) != "6453")
-        chosen = designs(driver)
+        until(lambda: robots(driver) != "6453")
+        chosen = robots(driver)
         assert shown(driver, "hover-text").startswith(f"{chosen} ")
         touch(driver, "touchStart", (0.4, 0.5), (0.6, 0.5))
         for apart in (0.2, 0.3, 0.4):
@@ -214,7 +211,7 @@ def test_two_fingers_zoom_on_a_phone_and_one_chooses(driver, page):
         touch(driver, "touchMove", (0.5, 0.3))
         touch(driver, "touchEnd")
         assert seen(driver)[1] < 28, "one finger pans"
-        assert designs(driver) == chosen
+        assert robots(driver) == chosen
         assert driver.execute_script("return scrollY") == 0
     finally:
         driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})

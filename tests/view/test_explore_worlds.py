@@ -14,6 +14,7 @@ from explore_page import (
     mouse,
     one,
     opened,
+    robots,
     shown,
 )
 from node import answer, needs_node
@@ -34,10 +35,6 @@ TWO = "&".join(f"{name}={value}&b.{name}={value}" for name, value in SHORT.items
 def fitness_in(name):
     physics = Physics.published() if name == "published" else reality(name).physics
     return simulate(np.arange(6561), replace(physics, **SHORT)).fitness
-
-
-def robots(driver):
-    return shown(driver, "robot-panel", "dataset.designs")
 
 
 def whole(driver):

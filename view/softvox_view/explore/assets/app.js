@@ -1,6 +1,8 @@
 // The page. `seen` is what it is to show, and is kept in the address; what is shown is dim until it is
 // that.
 
+import { keep } from "../../replay/assets/export.js";
+import { SoftvoxPlayer } from "../../replay/assets/player.js";
 import { pictureOf } from "./colours.js";
 import { Controls } from "./controls.js";
 import { countsOf, Finder, FILTERS, leadersOf, passing } from "./finder.js";
