@@ -16,7 +16,9 @@ problem (physics, shape, level of noise), best first. A run counts once.
   regret  what the median lacks to the optimum, voxel widths
   found   share of the runs that evaluated an optimal design
   ert     expected evaluations, cached ones left out, until that happened
-regret, found and ert are shown where the optimum is known: on 2x2x2.
+regret, found and ert are shown where the optimum is known: on 2x2x2, of several
+phases where that landscape is on this machine. Searchers of one label that
+folders have with other settings are rows of their own, which tell these.
 """
 
 
