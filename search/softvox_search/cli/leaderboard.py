@@ -16,7 +16,9 @@ Rank the searchers in folders of results, best first, in a table per problem
   regret  difference of the median to the optimum, voxel widths
   found   share of the runs that evaluated an optimal design
   ert     expected number of evaluations until then, not counting cached ones
-regret, found and ert are shown where the optimum is known, that is on 2x2x2.
+regret, found and ert are shown where the optimum is known: on 2x2x2, with
+several phases only if that landscape is on this machine. Searchers that share a
+label but differ in settings have a row each, which shows the settings.
 """
 
 
