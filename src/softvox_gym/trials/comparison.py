@@ -6,7 +6,7 @@ it differ: every error is told beside that. docs/trials-compare.md defines the n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, groupby
@@ -29,6 +29,7 @@ from softvox_gym.real_tracks import (
     Compared,
     RealTrack,
     heading,
+    short,
     track_at,
 )
 from softvox_gym.real_tracks import compare as compare_tracks
@@ -54,9 +55,15 @@ ERRORS = {
     "dtw": ("DTW", ".2f"),
 }
 
+
+def _design(called: int | str) -> str:
+    """Return a design for people: of more digits than 27, as 3x3x3 has, the first and the last."""
+    return short(str(called), 27)
+
+
 #: What people see of all else.
-_SHOWN = {
-    "design": ("design", ""),
+_SHOWN: dict[str, tuple[str, str | Callable[[Any], str]]] = {
+    "design": ("design", _design),
     "trials": ("trials", ""),
     "distance_simulated": ("distance", ".2f"),
     "distance_real": ("real", ".2f"),
