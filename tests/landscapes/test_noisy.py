@@ -86,7 +86,7 @@ def test_the_table_is_the_callers_own():
     assert softvox_gym.noisy_landscape(1)["mean"].max() > 1
 
 
-@pytest.mark.parametrize("level", [0.7, -1, 3])
+@pytest.mark.parametrize("level", [0.7, -1, 3, "1"])
 def test_a_level_that_was_not_measured_is_refused(level):
-    with pytest.raises(ValueError, match=r"there are levels 0, 0\.5, 1, 2, 4"):
+    with pytest.raises(ValueError, match=rf"level {level!r}; there are levels 0, 0\.5, 1, 2, 4"):
         softvox_gym.noisy_landscape(level)

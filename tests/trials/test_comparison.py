@@ -1,3 +1,4 @@
+import pickle
 from functools import lru_cache
 from itertools import combinations
 
@@ -270,6 +271,13 @@ def test_a_simulated_robot_that_diverges_stands_still():
 def test_cycles_that_are_none_are_refused(given):
     with pytest.raises(ValueError, match=r"cycles must be a number above 0 .* as \(90, 23\)"):
         compare(line([1, 0]), cycles=given)
+
+
+def test_a_large_robot_leaves_people_the_numbers_beside_it():
+    digits = "2" * 63 + "1"
+    section = compare(line([1, 0], design=Design(digits, shape=(4, 4, 4)))).section()
+    assert section.cells()[1][0] == "2222222222222…2222222222221"
+    assert pickle.loads(pickle.dumps(section)).records()[0]["design"] == digits
 
 
 def test_what_can_not_be_compared_is_refused():

@@ -73,7 +73,7 @@ def test_conditions_have_a_table_each_and_the_cycles_are_told(folder, capsys):
 def test_cycles_are_chosen_and_short_trials_left_out(folder, capsys):
     _, out, _ = told(capsys, "--cycles", "2:1")
     assert "2 real cycles laid over 1 simulated ones" in out
-    assert "1 trials are shorter, and left out" in out
+    assert "Left out, as too short: 1 trial." in out
     _, out, _ = told(capsys, "--cycles", "1", "--json")
     made = json.loads(out)
     assert made["conditions"][0]["cycles"].startswith("1 cycles, real and simulated alike")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from string import Formatter
 from typing import Any, NamedTuple
@@ -19,13 +19,14 @@ class Column(NamedTuple):
         Its name in CSV and JSON.
     title : str
         Its heading for people; "" for a column that is for programs only.
-    spec : str
-        Format specification of the displayed value. None is shown as "-".
+    spec : str or callable
+        Format specification of the displayed value, or a function that returns its text. None is
+        shown as "-".
     """
 
     key: str
     title: str = ""
-    spec: str = ""
+    spec: str | Callable[[Any], str] = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,8 +111,10 @@ class _Facts(Formatter):
         return shown(value, format_spec)
 
 
-def shown(value: Any, spec: str) -> str:
+def shown(value: Any, spec: str | Callable[[Any], str]) -> str:
     """Return a value as displayed, such as 0.5 with ".1%" as 50.0 %, and -0.01 as 0."""
+    if callable(spec):
+        return spec(value)
     text = "-" if value is None else format(value, spec).replace("%", " %")
     is_zero = isinstance(value, float) and text.startswith("-") and not text.strip("-0. %")
     return text.removeprefix("-") if is_zero else text

@@ -7,7 +7,7 @@ numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, groupby
@@ -30,6 +30,7 @@ from softvox_gym.real_tracks import (
     Compared,
     RealTrack,
     heading,
+    short,
     track_at,
 )
 from softvox_gym.real_tracks import compare as compare_tracks
@@ -58,9 +59,15 @@ ERRORS = {
     "dtw": ("DTW", ".2f"),
 }
 
+
+def _design(called: int | str) -> str:
+    """Return a design as displayed; of more than 27 digits, the first and the last ones."""
+    return short(str(called), 27)
+
+
 #: Displayed columns of all other numbers.
-_SHOWN = {
-    "design": ("design", ""),
+_SHOWN: dict[str, tuple[str, str | Callable[[Any], str]]] = {
+    "design": ("design", _design),
     "trials": ("trials", ""),
     "distance_simulated": ("distance", ".2f"),
     "distance_real": ("real", ".2f"),

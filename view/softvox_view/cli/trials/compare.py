@@ -13,6 +13,7 @@ from softvox_gym.cli.parser import add_physics, add_threads, named, physics_of
 from softvox_gym.cli.terminal import BadInputError, bad_input
 from softvox_gym.cli.trials import add_cycles, add_filters, add_folders, read_chosen
 from softvox_gym.files import check_folder
+from softvox_gym.landscapes.section import counted
 from softvox_gym.physics import Physics
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality, reality
@@ -89,9 +90,10 @@ def run(args: Namespace) -> int:
 
 def head(made: Comparison) -> str:
     """Return what is compared, in words."""
-    short = f" {len(made.left_out)} trials are shorter, and left out." if made.left_out else ""
+    left_out = counted(len(made.left_out), "trial")
+    short = f" Left out, as too short: {left_out}." if made.left_out else ""
     lost = sum(row.diverged for row in made.rows)
-    still = f" {lost} simulated robots diverge, and stand still." if lost else ""
+    still = f" {counted(lost, 'simulated robot')} diverged, and so stood still." if lost else ""
     return f"Simulator: {made.world.name}.{short}{still}"
 
 
