@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -35,6 +36,8 @@ STILL = ["--force-prefers-reduced-motion"]
 
 PATIENCE = 90  # s: the machine may do much else
 
+STARTED = count()  # browsers, of this process
+
 MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None] + [
     name for name in ("selenium",) if find_spec(name) is None
 ]
@@ -55,9 +58,9 @@ def chromium(*flags: str, width: int = 900, height: int = 640) -> Iterator[Any]:
     options.binary_location = str(shutil.which("chromium"))
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     # Not a port of those that systems give away: it could be somebody's else before it is used.
-    service = webdriver.ChromeService(
-        str(shutil.which("chromedriver")), port=10_000 + os.getpid() % 20_000
-    )
+    # Each browser of a process has its own, or to end one would end another's driver.
+    port = 10_000 + (os.getpid() + 5_003 * next(STARTED)) % 20_000
+    service = webdriver.ChromeService(str(shutil.which("chromedriver")), port=port)
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         own = [f"--window-size={width},{height}", f"--user-data-dir={profile}"]
         for flag in (*FLAGS, *flags, *own):

@@ -4,7 +4,7 @@ import pytest
 from chromium import STILL, WEBGL, chromium
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def page(tmp_path_factory):
     """Return the address of the page."""
     from softvox_view.explore.page import page
@@ -14,8 +14,9 @@ def page(tmp_path_factory):
     return path.as_uri()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def driver():
+    """Return a browser that all tests of the app share: to start one takes seconds."""
     from explore_page import DESKTOP, sized
 
     with chromium(*WEBGL, *STILL, width=1300, height=900) as driver:

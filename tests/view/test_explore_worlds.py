@@ -125,6 +125,8 @@ def test_a_mistake_about_a_world_or_a_filter_is_told(driver, page, address, word
 
 @needs_chromium
 def test_the_story_is_told_once_to_who_comes_without_an_address(driver, page):
+    opened(driver, page)
+    driver.execute_script("localStorage.clear()")  # nobody was here before
     driver.get("about:blank")
     driver.get(page)
     until(lambda: "One voxel breathes" in shown(driver, "story-title"))
