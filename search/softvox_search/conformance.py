@@ -141,6 +141,7 @@ class _Subject:
         """
         oracle = self.oracle(make_env, Budget(evaluations=self.evaluations))
         searcher = self.searcher()
+        told: list[tuple[Any, bytes]] = []
         if isinstance(searcher, FunctionSearcher):
             design = run(searcher, oracle)
             yield oracle.log.columns()["design"]
@@ -159,13 +160,16 @@ class _Subject:
                 if len(asked) == 0:
                     break
                 answer = oracle.evaluate(asked)
-                before = pickle.dumps(answer)
+                told.append((answer, pickle.dumps(answer)))
                 searcher.tell(*answer)
-                self.require(pickle.dumps(answer) == before, "changed the arrays that it was told")
                 if advised:
                     searcher.recommend()
             self.require(oracle.evaluations > 0, "asked for nothing at all")
             yield self.space.to_rows(recommended(searcher.recommend(), self.space).array)
+            self.require(
+                all(pickle.dumps(answer) == before for answer, before in told),
+                "changed the arrays that it was told",
+            )
 
     def require_same(
         self, course: Iterable[NDArray[Any]], other: Iterable[NDArray[Any]], message: str

@@ -129,6 +129,17 @@ class NegatesWhatItIsTold(Sound):
         values *= -1
 
 
+class NegatesItLater(Sound):
+    def ask(self, n=None):
+        self.told = getattr(self, "told", np.zeros(1))
+        self.told *= -1
+        return super().ask(n)
+
+    def tell(self, designs, values, info):
+        super().tell(designs, values, info)
+        self.told = values
+
+
 class AdviceOffTheLattice(Sound):
     def recommend(self):
         return Design([1, 1, 1], shape=(3, 1, 1))
@@ -167,6 +178,7 @@ def test_a_sound_searcher_conforms():
         (AsksForMore, "returned 5 designs when asked for at most 3"),
         (AsksForNothing, "asked for nothing at all"),
         (ChangesItsMindWhenAskedForAdvice, "was asked for its recommendation, and then"),
+        (NegatesItLater, "changed the arrays that it was told"),
         (NegatesWhatItIsTold, "changed the arrays that it was told"),
     ],
 )

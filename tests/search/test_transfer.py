@@ -369,6 +369,29 @@ def test_expectations_of_another_shape_are_named(said):
 
     with pytest.raises(SearcherError, match=r"method Odd returned .* from predict; it must be"):
         transfer(Odd, tests=1)
+    with pytest.raises(SearcherError, match=r"method Odd returned .* from predict; it must be"):
+        check(Odd, tests=2)
+
+
+@pytest.mark.parametrize("name", ["predict", "models"])
+def test_expectations_that_are_no_numbers_are_named(name):
+    """A rank among them, or which model is nearest, would depend on their order."""
+
+    class Odd(Sound):
+        pass
+
+    said = np.zeros((2, 6561, 3))
+    said[1, 17, 2] = np.nan
+    setattr(Odd, name, lambda self: said if name == "models" else said[1])
+    with pytest.raises(SearcherError, match=f"Odd returned numbers from {name} that are not fini"):
+        transfer(Odd, tests=1)
+
+
+def test_what_models_vary_may_be_any_collection():
+    class Lists(Sound):
+        varied = ["friction_static"]  # noqa: RUF012, as somebody may write it
+
+    assert not transfer(Lists, reality="lag", tests=1).is_specified
 
 
 @pytest.mark.parametrize(
@@ -476,6 +499,25 @@ class PeeksWithinTheTest(Sound):
         return int(np.where(self.untested(), self.known, -np.inf).argmax())
 
 
+class PeeksForItsPrediction(Sound):
+    def tell(self, test):
+        super().tell(test)
+        self.known = truth_upstairs()
+
+    def predict(self):
+        return self.known
+
+
+class DrawsItsPrediction(Sound):
+    def predict(self):
+        return np.random.rand(6561)  # noqa: NPY002
+
+
+class DrawsModels(Sound):
+    def models(self):
+        return np.random.default_rng().normal(size=(1, 6561, 3))
+
+
 def peeking(test, simulator, task, rng):
     for design in np.argsort(-truth_upstairs()):
         test(design)
@@ -503,6 +545,9 @@ def changes_what_it_is_told(test, simulator, task, rng):
         (Peeks, "acts on what it has not tested"),
         (PeeksForAdvice, "acts on what it has not tested"),
         (PeeksWithinTheTest, "acts on what it has not tested"),
+        (PeeksForItsPrediction, "acts on what it has not tested"),
+        (DrawsItsPrediction, "drew from a global random generator"),
+        (DrawsModels, "made twice with the same generator acts in two ways"),
         (peeking, "acts on what it has not tested"),
         (ChangesWhatItIsTold, "changed the test that it was told"),
         (changes_what_it_is_told, "changed the test that it was told"),

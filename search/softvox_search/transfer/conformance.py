@@ -17,7 +17,7 @@ from softvox_search.conformance import global_states_of
 from softvox_search.global_random import global_states_kept
 from softvox_search.transfer.protocol import Test
 from softvox_search.transfer.registry import make, name_of
-from softvox_search.transfer.run import World
+from softvox_search.transfer.run import World, beliefs
 from softvox_search.transfer.simulator import Simulator
 
 #: A heading other than the four standard ones, so that a method must read it.
@@ -38,7 +38,8 @@ def check(
       whatever the global random states are, and it does not change those. `recommend` doesn't
       change its course.
     - It knows only what tests show of a reality: in two realities that agree on some designs, it
-      acts the same until it tests another design.
+      acts the same until it tests another design, and predicts the same if it tests none.
+    - `predict` and `models`, if it has them, return what `Method` describes.
     - It does not change what it is told. (The simulator's tables are read-only.)
 
     Parameters
@@ -73,7 +74,7 @@ def check(
             "made twice with the same generator acts in two ways; it must draw from that alone, "
             "and share nothing",
         )
-        tested, advice = first
+        tested, advice, held = first
         subject.require(
             tested == unadvised[0],
             "was asked for its recommendation, and then asks for other designs",
@@ -83,9 +84,11 @@ def check(
         for known in (len(tested) // 2, len(tested)):
             other = -truth
             other[tested[:known]] = truth[tested[:known]]
-            asked, advised = subject.course(other)
+            asked, advised, now_held = subject.course(other)
             subject.require(
-                asked[: known + 1] == tested[: known + 1] and advised[:known] == advice[:known],
+                asked[: known + 1] == tested[: known + 1]
+                and advised[:known] == advice[:known]
+                and (known < len(tested) or now_held == held),
                 "acts on what it has not tested: it must know of reality only what tests show",
             )
 
@@ -105,19 +108,20 @@ class _Subject:
 
     def course(
         self, truth: NDArray[np.float64], *, is_advised: bool = True
-    ) -> tuple[list[int], list[int]]:
-        """Return the tests, and the recommendation after each."""
+    ) -> tuple[list[int], list[int], list[bytes | None]]:
+        """Return the tests, the recommendation after each, and the `beliefs` at the end."""
         where = Reality("made up")
         simulator, task = Simulator(where.nominal), Task("directed", HEADING)
         world = _Recording(where, task, 0.0, np.random.default_rng(0), displacement=truth)
         rng = np.random.default_rng(self.seed)
         made = make(self.method, simulator, task, rng, **self.options)
         course = world.crossed_by(made, self.tests, is_advised=is_advised)
+        held = [None if one is None else one.tobytes() for one in beliefs(made)]
         self.require(
             all(pickle.dumps(one) == shown for one, shown in world.shown),
             "changed the test that it was told",
         )
-        return [one.design for one, _ in course], [design for _, design in course]
+        return [one.design for one, _ in course], [design for _, design in course], held
 
 
 class _Recording(World):

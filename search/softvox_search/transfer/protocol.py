@@ -120,13 +120,13 @@ class Method:
     def predict(self) -> Array | None:
         """Return its expectations for every design in reality; None if it has none.
 
-        Either displacements, shape (6561, 3), or rewards, shape (6561,), voxel widths. This base
-        returns the simulator's displacements.
+        Either displacements, shape (6561, 3), or rewards, shape (6561,), voxel widths, finite. This
+        base returns the simulator's displacements.
         """
         return self.simulator.landscape()
 
     def models(self) -> Array | None:
-        """Return the predictions of its models for every design, shape (models, 6561, 3).
+        """Return the predictions of its models for every design, shape (models, 6561, 3), finite.
 
         None if it has none. This base returns the nominal simulator.
         """

@@ -288,8 +288,7 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
     advice = [design for _, design in course]
     recommended = np.array(advice + advice[-1:] * (tests - len(advice)), dtype=np.int64)
     regret, class_regret = regrets(world.rewards, recommended)
-    expected = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
-    models = _held(method, "models", (-1, N_DESIGNS, 3))
+    expected, models = beliefs(method)
     nominal = displacements(landscape(simulator.nominal))
     left = simulator.testable.copy()
     left[tested] = False
@@ -319,7 +318,7 @@ def _run(method: Guarded, simulator: Simulator, world: World, tests: int, seed: 
         heading_error_before=off[0],
         heading_error=off[1],
         distance=_distance(models, world.displacement),
-        is_specified=is_specified(world.reality, getattr(method, "varied", frozenset())),
+        is_specified=is_specified(world.reality, frozenset(getattr(method, "varied", ()))),
         simulations=simulations,
     )
 
@@ -350,13 +349,25 @@ def is_specified(reality: Reality, varied: frozenset[str]) -> bool:
     return reality.is_plain and differ <= varied
 
 
+def beliefs(method: Guarded) -> tuple[Array | None, Array | None]:
+    """Return what a method predicts and its models, as `Method` describes them; None for neither.
+
+    Raises
+    ------
+    SearcherError
+        If one is of another shape, or has a number that is not finite.
+    """
+    predicted = _held(method, "predict", (N_DESIGNS,), (N_DESIGNS, 3))
+    return predicted, _held(method, "models", (-1, N_DESIGNS, 3))
+
+
 def _held(method: Guarded, name: str, *shapes: tuple[int, ...]) -> Array | None:
     """Return a method's predictions or models; None if it gives none, or can't any more.
 
     Raises
     ------
     SearcherError
-        If it has none of the given shapes, in which -1 is any length.
+        If it has none of the given shapes, in which -1 is any length, or is not finite.
     """
     ask = getattr(method, name, None)
     try:
@@ -372,6 +383,12 @@ def _held(method: Guarded, name: str, *shapes: tuple[int, ...]) -> Array | None:
         raise SearcherError(
             f"method {method.name} returned {values.dtype} of shape {values.shape} from {name}; it "
             f"must be None or numbers of shape {wanted}"
+        )
+    # A rank or the nearest of several would silently be taken among what is no number.
+    if not np.isfinite(values).all():
+        raise SearcherError(
+            f"method {method.name} returned numbers from {name} that are not finite; give 0 for a "
+            "design that diverges, or None if it expects nothing"
         )
     return values
 
