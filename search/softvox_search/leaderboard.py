@@ -125,5 +125,5 @@ def _title(problem: Problem) -> str:
     """Return a heading that identifies a problem."""
     values = ", ".join(f"{name} {value}" for name, value in problem.changes.items())
     parts = [f"physics {problem.physics}" + (f" ({values})" if values else ""), str(problem.shape)]
-    parts += [] if problem.level is None else [f"noise level {problem.level:g}"]
+    parts += [] if problem.level is None else [f"noise level {problem.level:.15g}"]
     return ", ".join([*parts, *(json.dumps(wrapper) for wrapper in problem.wrappers)])

@@ -257,7 +257,9 @@ BAD = {
         changed("levels = [0, 1]", "levels = [0, -1]", NOISY),
         "levels no. 2 must be float",
     ),
-    "levels twice": (changed("[0, 1]", "[1, 1]", NOISY), "is there twice"),
+    "levels twice": (changed("[0, 1]", "[1, 1]", NOISY), "levels 1 is there twice"),
+    "levels alike": (changed("[0, 1]", "[0.1234561, 0.1234562]", NOISY), "0.123456 is there twice"),
+    "levels 0": (changed("[0, 1]", "[0.0, -0.0]", NOISY), "levels 0 is there twice"),
     "levels empty": (changed("[0, 1]", "[]", NOISY), "levels must be list of length >= 1, got []"),
     "policy key": (
         changed("running_mean = true", "runing_mean = true", NOISY),

@@ -465,3 +465,10 @@ def test_runs_without_a_true_value_are_left_out_and_counted():
     (row,) = noise.by_searcher(frame).to_dict("records")
     assert (row["runs"], row["known"]) == (2, 1)
     assert (row["true_regret"], row["optimism"]) == (0.2, 0.1)
+
+
+def test_no_two_labels_get_one_file():
+    labels = pd.Series(["x_2", "x", "X"])
+    names = tables._file_names(labels)
+    assert len(set(names.values())) == 1 + len(labels)
+    assert names["x_2"] == "x_2"

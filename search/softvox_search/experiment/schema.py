@@ -427,6 +427,9 @@ def _check(experiment: Experiment) -> None:
             raise ValueError(f"physics {problem.physics}: {error}") from None
     check_different("[[searchers]]", "label", [str(choice.label) for choice in choices])
     check_different("[[policies]]", "name", [one.name for one in experiment.policies])
+    # Reports tell levels apart by six figures, and -0.0 from 0 not at all.
+    figures = [f"{abs(level):g}" for level in experiment.levels or ()]
+    check_different("levels", "value, different in six figures", figures)
     check_different("problem", "value", [repr(problem) for problem in problems])
     labels = {problem.physics: problem.values for problem in problems}
     if any(labels[one.physics] != one.values for one in problems):

@@ -145,7 +145,10 @@ def _file_names(labels: pd.Series[str]) -> dict[str, str]:
     names = {"": "all"}
     for i, label in enumerate(dict.fromkeys(labels[labels != ""])):
         name = re.sub(r"[^a-z0-9.-]+", "_", label.lower())[:40]
-        names[label] = f"{name}_{i}" if name in names.values() or name != label.lower() else name
+        made = f"{name}_{i}" if name in names.values() or name != label.lower() else name
+        while made in names.values():  # a label may read like what another one got
+            made += "_"
+        names[label] = made
     return names
 
 
