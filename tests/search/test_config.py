@@ -226,9 +226,10 @@ BAD = {
     "physics field": (f"physics = {{ gravty = 1 }}\n{SMALL}", "physics gravty=1: ", "'gravty'"),
     "physics label": (
         f"physics = [{{ label='a', gravity=-1 }}, {{ label='a', gravity=-2 }}]\n{SMALL}",
-        "physics has a label twice",
+        "physics a is there twice; give one of them another label",
     ),
-    "physics twice": (f'physics = ["exact", "exact"]\n{SMALL}', "is there twice"),
+    "physics twice": (f'physics = ["exact", "exact"]\n{SMALL}', "physics exact is there twice"),
+    "shape twice": (f"shape = [[2, 2, 2], [2, 2, 2]]\n{SMALL}", "shape 2x2x2 is there twice"),
     "shape": (f"shape = [2, 2]\n{SMALL}", "shape"),
     "shape 0": (f"shape = [[2, 2, 0]]\n{SMALL}", "shape no. 1 no. 3 must be int >= 1, got 0"),
     "table": (f"table = 1\n{SMALL}", "table must be bool, not int, got 1"),

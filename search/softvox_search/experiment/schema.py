@@ -430,10 +430,8 @@ def _check(experiment: Experiment) -> None:
     # Reports tell levels apart by six figures, and -0.0 from 0 not at all.
     figures = [f"{abs(level):g}" for level in experiment.levels or ()]
     check_different("levels", "value, different in six figures", figures)
-    check_different("problem", "value", [repr(problem) for problem in problems])
-    labels = {problem.physics: problem.values for problem in problems}
-    if any(labels[one.physics] != one.values for one in problems):
-        raise ValueError("physics has a label twice; give each table a label of its own")
+    check_different("shape", "value", [str(shape) for shape in experiment.shapes()])
+    check_different("physics", "label", [_label(one) for one in experiment.physics_given()])
     if experiment.levels and any(
         wrapper["name"] == NOISE and "level" in wrapper for wrapper in experiment.wrappers
     ):
