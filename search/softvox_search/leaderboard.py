@@ -62,7 +62,7 @@ def leaderboard(folders: Sequence[Results]) -> tuple[pd.DataFrame, list[str]]:
     for name in ("searcher", "policy"):
         several = runs.groupby(name)[f"{name} set"].transform("nunique") > 1
         runs.loc[several, name] += " (" + runs[f"{name} set"] + ")"
-    # Of a run in several folders that tells most, which is where its log is.
+    # Of a run in several folders, keep the row with a known "found": that folder has the log.
     runs = runs.sort_values("found", kind="stable").drop_duplicates([*_KEY, "run"]).sort_index()
     grouped = runs.groupby(_KEY, sort=False)
     table = grouped.agg(

@@ -281,11 +281,11 @@ class Oracle:
             _, rewards, _, _, infos = env.step(actions)
             if np.ndim(rewards) != 1:
                 raise ValueError(
-                    f"{env} gave a vector for each reward, and an oracle tells one number: make it "
-                    "without objectives, or with a wrapper that weighs them"
+                    f"{env} returned reward vectors, but a searcher needs one number per design: "
+                    "make it without objectives, or with a wrapper that weighs them"
                 )
             if np.isnan(rewards).any():
-                raise ValueError(f"{env} gave a reward of NaN; a diverged design is worth 0")
+                raise ValueError(f"{env} returned a reward of NaN; a diverged design is worth 0")
             records["value"][part] = rewards
             for name in ("displacement", "diverged", "steps"):
                 records[name][part] = infos[name]
@@ -310,5 +310,5 @@ def checked(designs: Any, space: Lattice) -> Designs:
     try:
         stack = stack_of(designs, shape=space)
     except (TypeError, ValueError) as error:
-        raise SearcherError(f"returned what are no designs: {error}") from error
+        raise SearcherError(f"returned invalid designs: {error}") from error
     return space.to_rows(stack).astype(np.int64)

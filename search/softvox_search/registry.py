@@ -64,8 +64,8 @@ class Registry(NamedTuple):
     kind: str  #: "searcher"
     package: str  #: The package of the places.
     entries: Mapping[str, Entry]
-    takes: int  #: Number of arguments that a class is made with.
-    protocol: str  #: What it must be.
+    takes: int  #: Number of arguments to make a class with.
+    protocol: str  #: The protocol that it must follow.
     base: str  #: A class that lacks only ask.
 
     @property
@@ -147,7 +147,7 @@ class Registry(NamedTuple):
         """
         if is_function(what, self.takes + 1):
             return of_function(what, *given, **options)
-        # What a class has by __getattr__ is seen only once it is made.
+        # Attributes that a class provides by __getattr__ are visible only on an instance.
         if inspect.isclass(what) and not hasattr(what, "__getattr__"):
             self.require_methods(name, what)
         fixed = self.entries[name].fixed if name in self.entries else {}

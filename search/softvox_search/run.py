@@ -69,7 +69,7 @@ def recommended(design: Any, space: Lattice) -> Design:
     try:
         return Design(design, shape=space)
     except (TypeError, ValueError) as error:
-        raise SearcherError(f"recommended what is no design of {space}: {error}") from error
+        raise SearcherError(f"recommended an invalid design of {space}: {error}") from error
 
 
 def believed(

@@ -214,7 +214,7 @@ def worker_of_other_versions(no_workers):
         process.wait()
 
 
-OTHER = r"^worker tcp://\S+ has numpy 1\.0, and here it is {}: its results may be others; install "
+OTHER = r"^worker tcp://\S+ has numpy 1\.0, but here it is {}: its results may differ; install "
 
 
 def test_a_worker_with_other_versions_is_refused_by_name(
@@ -234,11 +234,14 @@ def test_a_worker_with_other_versions_is_refused_by_name(
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        ({"threads": 4}, "has threads 4, and does one run at a time with 1: start workers by "),
-        ({"OMP_NUM_THREADS": None}, "has OMP_NUM_THREADS None, and does one run at a time with 1"),
-        ({"scipy": None}, "has scipy not at all, and here it is 1.2: its results may be others"),
-        ({"cmaes": "0.12"}, "has cmaes 0.12, and here it is not there"),
-        ({"the source of own": "12"}, "has the source of own 12, and here it is 34"),
+        ({"threads": 4}, "has threads 4, but needs 1 to do one run at a time: start workers with "),
+        (
+            {"OMP_NUM_THREADS": None},
+            "has OMP_NUM_THREADS None, but needs 1 to do one run at a time",
+        ),
+        ({"scipy": None}, "has scipy (missing), but here it is 1.2: its results may differ"),
+        ({"cmaes": "0.12"}, "has cmaes 0.12, but here it is (missing)"),
+        ({"the source of own": "12"}, "has the source of own 12, but here it is 34"),
         ({}, ""),
     ],
 )
@@ -284,7 +287,9 @@ def test_a_scheduler_that_is_lost_is_one_line_and_what_is_done_is_kept(served, c
                 served.kill()
                 wait_for(lambda: theirs.status != "running")
 
-        with pytest.raises(UsageError, match=f"the scheduler {address} is lost; what is done"):
+        with pytest.raises(
+            UsageError, match=f"the scheduler {address} is lost; finished runs are kept"
+        ):
             run_there(theirs, experiment, tmp_path / "there", progress=lose)
     outcome = run_there(client, experiment, tmp_path / "there")
     assert outcome.before == 1

@@ -269,7 +269,7 @@ def test_a_folder_of_which_no_run_is_of_use_is_refused_and_left_alone(
     with pytest.raises(UsageError) as caught:
         run_here(experiment, out)
     message = str(caught.value)
-    assert "holds results made otherwise" in message
+    assert "holds results made differently" in message
     assert expected in message
     assert "--out" in message
     assert "--force" in message
@@ -315,7 +315,7 @@ def test_a_folder_with_anything_else_is_refused(small, tmp_path):
 #: Four ways to fail, and what failed.csv says of each.
 FAILURES = {
     "raises": "RuntimeError: no luck at all",
-    "illegal": "SearcherError: searcher illegal returned what are no designs",
+    "illegal": "SearcherError: searcher illegal returned invalid designs",
     "exits": "SystemExit: 3",
     "dies": "its process ended with exit code -9",
 }

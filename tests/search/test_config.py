@@ -252,7 +252,7 @@ BAD = {
     "own wrapper": (changed('"Resample"\nn = 2', '"no_such:Thing"', NOISY), "no_such"),
     "two levels": (
         changed("[[wrappers]]", '[[wrappers]]\nname="JakobiNoise"\nlevel=1\n[[wrappers]]', NOISY),
-        "has a level of its own beside levels; drop one",
+        "has its own level beside levels; drop one",
     ),
     "levels": (
         changed("levels = [0, 1]", "levels = [0, -1]", NOISY),
@@ -271,7 +271,7 @@ BAD = {
     "policy twice": (changed('"mean"', '"naive"', NOISY), "[[policies]] naive is there twice"),
     "policy without noise": (
         SMALL + '[[policies]]\nname = "all"\n',
-        "[[policies]] are against the luck of noisy evaluations, and nothing is noisy here",
+        "[[policies]] deal with noisy evaluations, but nothing is noisy here",
     ),
     "final stage too long": (
         changed("running_mean = true", "final_stage = true", NOISY),

@@ -194,7 +194,7 @@ def test_a_broken_searcher_is_found_out(kind, message):
     ids=str,
 )
 def test_illegal_designs_are_found_out(what):
-    with pytest.raises(SearcherError, match="searcher Returns returned what are no designs"):
+    with pytest.raises(SearcherError, match="searcher Returns returned invalid designs"):
         check(partial(Returns, what=what))
 
 
@@ -204,7 +204,7 @@ def test_a_method_that_is_missing_is_found_out():
 
 
 def test_advice_off_the_lattice_is_found_out():
-    with pytest.raises(SearcherError, match="AdviceOffTheLattice recommended what is no design"):
+    with pytest.raises(SearcherError, match="AdviceOffTheLattice recommended an invalid design"):
         check(AdviceOffTheLattice)
 
 

@@ -150,11 +150,11 @@ def test_under_noise_the_value_told_last_counts():
 @pytest.mark.parametrize(
     ("function", "message"),
     [
-        (lambda evaluate, space, rng: evaluate([6561]), "returned what are no designs"),
-        (lambda evaluate, space, rng: evaluate(np.ones(8)), "returned what are no designs"),
-        (lambda evaluate, space, rng: evaluate([[0, 1], [2]]), "returned what are no designs"),
+        (lambda evaluate, space, rng: evaluate([6561]), "returned invalid designs"),
+        (lambda evaluate, space, rng: evaluate(np.ones(8)), "returned invalid designs"),
+        (lambda evaluate, space, rng: evaluate([[0, 1], [2]]), "returned invalid designs"),
         (lambda evaluate, space, rng: None, "proposed no design at all"),
-        (lambda evaluate, space, rng: evaluate([5])[0], "recommended what is no design"),
+        (lambda evaluate, space, rng: evaluate([5])[0], "recommended an invalid design"),
     ],
 )
 def test_what_breaks_the_protocol_is_named(function, message):

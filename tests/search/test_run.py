@@ -76,11 +76,11 @@ def test_a_run_ends_where_nothing_more_is_asked(nothing):
 @pytest.mark.parametrize(
     ("illegal", "message"),
     [
-        ([6561], "returned what are no designs: design index 6561 is outside"),
-        (np.full((1, 8), np.nan), "returned what are no designs"),
+        ([6561], "returned invalid designs: design index 6561 is outside"),
+        (np.full((1, 8), np.nan), "returned invalid designs"),
         (
             np.ones((1, 3, 2, 2), dtype=int),
-            "returned what are no designs: designs must be an array",
+            "returned invalid designs: designs must be an array",
         ),
     ],
 )
@@ -94,11 +94,11 @@ def test_illegal_designs_end_a_run_with_an_error_that_names_the_searcher(illegal
 @pytest.mark.parametrize(
     ("advice", "message"),
     [
-        (6561, "recommended what is no design"),
-        (np.nan, "recommended what is no design"),
+        (6561, "recommended an invalid design"),
+        (np.nan, "recommended an invalid design"),
         (
             Design([1], shape=(1, 1, 1)),
-            "recommended what is no design of 2x2x2: design has",
+            "recommended an invalid design of 2x2x2: design has",
         ),
     ],
 )

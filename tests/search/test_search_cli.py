@@ -293,5 +293,5 @@ def test_a_searcher_that_asks_for_what_is_no_design_is_named_in_one_line(tmp_pat
     options = ("--searcher", "own:Narrow", "--option", "how=illegal", "--quiet")
     done = softvox("search", *options, cwd=tmp_path, PYTHONDONTWRITEBYTECODE="1")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "searcher own:Narrow returned what are no designs" in done.stderr
+    assert "searcher own:Narrow returned invalid designs" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["own.py"]

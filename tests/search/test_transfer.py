@@ -576,9 +576,9 @@ class Asks(Recommends):
 
 @pytest.mark.parametrize("what", [6561, -1, "0123", None, [1, 2], 3.5, True], ids=str)
 def test_nonsense_is_found_out(what):
-    with pytest.raises(SearcherError, match="method Recommends recommended what is no design of"):
+    with pytest.raises(SearcherError, match="method Recommends recommended an invalid design of"):
         check(Recommends, what=what)
-    said = "asked for what is no design" if what is not None else "tested no design at all"
+    said = "asked for an invalid design" if what is not None else "tested no design at all"
     with pytest.raises(SearcherError, match=f"method Asks {said}"):
         check(Asks, what=what)
 
@@ -591,9 +591,9 @@ def test_a_function_that_tests_or_recommends_nonsense_is_found_out():
         test(5)
         return "none"
 
-    with pytest.raises(SearcherError, match="method tries_nonsense tested what is no design"):
+    with pytest.raises(SearcherError, match="method tries_nonsense tested an invalid design"):
         check(tries_nonsense)
-    with pytest.raises(SearcherError, match="method recommends_nonsense recommended what is no"):
+    with pytest.raises(SearcherError, match="method recommends_nonsense recommended an invalid"):
         check(recommends_nonsense)
 
 

@@ -250,8 +250,8 @@ def test_what_a_method_raises_is_shown_and_summed_up_in_a_line(how, message, own
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ("asks", "method mine:Odd asked for what is no design of 2x2x2"),
-        ("recommends", "method mine:Odd recommended what is no design of 2x2x2"),
+        ("asks", "method mine:Odd asked for an invalid design of 2x2x2"),
+        ("recommends", "method mine:Odd recommended an invalid design of 2x2x2"),
         ("same", "method mine:Odd asked for design 5 a second time, which would show the same"),
         ("end", "method mine:Odd tested no design at all"),
         ("missing", "method mine:Odd needs no_such_library: pip install no_such_library"),

@@ -222,7 +222,7 @@ def test_a_method_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch
     methods = [{"name": "broken_methods:Nonsense"}, {"name": "random"}]
     outcome = do(tmp_path / "results", {**FILE, "methods": methods, "tasks": ["displacement"]})
     assert len(outcome.failed) == 4
-    assert "recommended what is no design" in outcome.failed[0][1].error
+    assert "recommended an invalid design" in outcome.failed[0][1].error
     runs = read(tmp_path / "results", of_transfer=True).runs
     assert sorted(runs["status"]) == ["failed"] * 4 + ["ok"] * 4
 

@@ -21,15 +21,15 @@ HALO = (249, 250, 251)  # around words that may lie over a robot
 
 
 class Caption(NamedTuple):
-    """What is written into a panel."""
+    """The text written into a panel."""
 
-    lines: Sequence[tuple[str, str]]  # each with a shorter one for where it has no room
-    signs: Sequence[tuple[float, float, str]] = ()  # x, y, pixels, and the words that end there
+    lines: Sequence[tuple[str, str]]  # each with a shorter form for when it has no room
+    signs: Sequence[tuple[float, float, str]] = ()  # x, y, pixels, and a text that ends there
 
 
-#: By kind of film, what ffmpeg is told: codec, format of its pixels, the rest.
+#: ffmpeg's settings by kind of film: codec, pixel format, further options.
 KINDS = {
-    # One palette for all pictures, or the colours flicker; no dithering, whose dots swell the file.
+    # One palette for all pictures, or the colours flicker; no dithering: its dots swell the file.
     ".gif": ("gif", "pal8", ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"]),
     # H.264, which every browser plays; 18 looks lossless.
     ".mp4": ("libx264", "yuv420p", ["-crf", "20", "-movflags", "+faststart"]),
@@ -69,7 +69,7 @@ def film(kind: str, pictures: Iterable[Picture], size: tuple[int, int], fps: flo
     Raises
     ------
     OSError, RuntimeError
-        Where ffmpeg fails, or there is none.
+        If ffmpeg fails, or is not there.
     """
     import imageio_ffmpeg
 

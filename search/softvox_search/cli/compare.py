@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 RESULTS = Path("results")
 
-#: As many failed runs are named; all are in failed.csv.
+#: The most failed runs to name; failed.csv has all.
 MOST_NAMED = 5
 
 DESCRIPTION = """\
@@ -78,7 +78,7 @@ KEYS = """\
                  if they differ from those above
 """
 
-#: Of the other kind of file.
+#: The keys of files that compare transfer methods.
 METHOD_KEYS = """\
   seeds, entropy, title
                  as above
@@ -183,7 +183,7 @@ def part(text: str) -> tuple[int, int]:
 
 
 def scheduler(text: str) -> str:
-    """Read where a Dask scheduler is."""
+    """Check the address of a Dask scheduler, or "local" or "slurm"."""
     if text not in ("local", "slurm") and not re.fullmatch(r"\w+://.+:\d+/?", text):
         raise argparse.ArgumentTypeError(
             f"must be local, slurm or an address as tcp://10.0.0.1:8786, got {text!r}"
@@ -192,7 +192,7 @@ def scheduler(text: str) -> str:
 
 
 def run(args: Namespace) -> int:
-    """Check everything, run what is left to run, and sum it up; 1 where a run failed."""
+    """Check everything, do the missing runs, and write the summary; 1 if a run failed."""
     if args.workers and args.scheduler not in (None, "local"):
         raise BadInputError(
             "--workers is for processes on this machine; leave it out with --scheduler "
@@ -251,7 +251,7 @@ def run(args: Namespace) -> int:
 
 @contextmanager
 def _cluster(args: Namespace, experiment: Any, workers: int) -> Iterator[DoAll | None]:
-    """Yield what does runs on the cluster asked for; None where there is none."""
+    """Yield a function that does runs on the requested cluster; None if there is none."""
     if args.scheduler is None:
         yield None
         return
@@ -276,7 +276,7 @@ def summary(
     title: str, folder: Path, outcome: Outcome, *, part: Part | None = None, check: bool = False
 ) -> str:
     """Return what was done, in a few lines."""
-    again = f"{outcome.repeated} finished runs done again gave the same bits"
+    again = f"{outcome.repeated} finished runs were repeated and gave the same bits"
     if outcome.unrepeatable:
         again += f"; {outcome.unrepeatable} can't be repeated, as their budget is in CPU seconds"
     if check:
@@ -306,7 +306,7 @@ def summary(
 
 
 def _command(file: Path) -> str:
-    """Return what to type to make the results again, however the path was spelt."""
+    """Return the command that reproduces the results, however the path was spelt."""
     path, here = file.resolve(), Path.cwd()
     shown = path.relative_to(here).as_posix() if path.is_relative_to(here) else path.name
     return f"softvox compare {shown}"

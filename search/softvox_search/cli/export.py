@@ -1,4 +1,4 @@
-"""softvox export: results for the tools of others."""
+"""softvox export: results in the formats of other tools."""
 
 from __future__ import annotations
 

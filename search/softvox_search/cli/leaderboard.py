@@ -1,4 +1,4 @@
-"""softvox leaderboard: how searchers stand, from folders of results."""
+"""softvox leaderboard: a ranking of searchers, from folders of results."""
 
 from __future__ import annotations
 

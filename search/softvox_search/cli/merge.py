@@ -1,4 +1,4 @@
-"""softvox merge: the parts of an experiment into one folder of results."""
+"""softvox merge: the parts of an experiment merged into one folder of results."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Copy the runs and sum them up; 1 where some are missing."""
+    """Copy the runs and write the summary; 1 if some are missing."""
     look_in(Path.cwd())
     with needs("merge"):
         from softvox_search.experiment.compare import merge

@@ -1,4 +1,4 @@
-"""What the commands that let one searcher or method run share: their options, and the list."""
+"""The options that commands with a single searcher or method share, and their --list."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def options_given(pairs: list[str]) -> dict[str, Any]:
             raise BadInputError(f"--option must be KEY=VALUE, got {pair!r}")
         try:
             options[key] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:  # a text need not be in quotes
+        except tomllib.TOMLDecodeError:  # a text needs no quotes
             options[key] = value
     return options
 
@@ -40,7 +40,7 @@ def not_negative(text: str) -> int:
 
 
 def add_method_options(parser: ArgumentParser, *, task: str, heading: str) -> None:
-    """Add --option, --task, --heading and --seed of a transfer method, with the usual values."""
+    """Add --option, --task, --heading and --seed of a transfer method, with the usual defaults."""
     add_several(
         parser, "--option", "KEY=VALUE", "an option of the method, with a TOML value", kind=str
     )
@@ -67,7 +67,7 @@ def add_method_options(parser: ArgumentParser, *, task: str, heading: str) -> No
 
 
 def check_output(option: str, path: Path, endings: tuple[str, ...], *, force: bool) -> None:
-    """Make sure, before the work, that a file has one of some endings and may be written."""
+    """Check, before the work, that a file has one of some endings and may be written."""
     if path.suffix not in endings:
         raise BadInputError(f"{option} must end in {' or '.join(endings)}, got {path}")
     with bad_input(option):
@@ -75,12 +75,12 @@ def check_output(option: str, path: Path, endings: tuple[str, ...], *, force: bo
 
 
 def name_in_files(name: str) -> str:
-    """Return a name, "package.module:name" too, as it may stand in that of a file."""
+    """Return a name, such as "package.module:name", in a form for file names."""
     return re.sub(r"[^A-Za-z0-9_]+", "-", name.rpartition(":")[2]).strip("-") or "own"
 
 
 def entries(registry: Registry) -> list[dict[str, Any]]:
-    """Return the name, about, options with defaults and library it lacks, of all there are."""
+    """Return name, description, options with defaults, and missing library of all entries."""
     listed = []
     for name, entry in registry.entries.items():
         about, options, needs = entry.about, None, None
@@ -94,13 +94,13 @@ def entries(registry: Registry) -> list[dict[str, Any]]:
 
 
 def print_list(registry: Registry, *, as_json: bool) -> None:
-    """Print all there are."""
+    """Print all entries of a registry."""
     listed = entries(registry)
     print(json.dumps(listed, indent=2, allow_nan=False) if as_json else shown(listed))
 
 
 def shown(listed: list[dict[str, Any]]) -> str:
-    """Return `entries` for people, wrapped to 80 columns."""
+    """Return `entries` as text, wrapped to 80 columns."""
     indent = 2 + max(len(entry["name"]) for entry in listed)
     lines = []
     for entry in listed:

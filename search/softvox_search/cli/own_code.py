@@ -1,4 +1,4 @@
-"""Code of the user's own, searchers and wrappers: where it is found, and what it prints."""
+"""The user's own searchers, methods and wrappers: where they are found, and what they print."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 def look_in(*folders: Path) -> None:
-    """Let modules be found in folders as well, after everything else and in this order."""
+    """Add folders to the module search path, in this order, after everything else."""
     for folder in map(os.path.abspath, folders):
         if folder not in sys.path and not ("" in sys.path and folder == os.getcwd()):
             sys.path.append(folder)
 
 
 def tell_raised(error: RaisedError) -> int:
-    """Say in one line, below its traceback, what code of the user's own raised; return 1."""
+    """Print the error of the user's own code in one line, below its traceback; return 1."""
     if sys.stderr is not None:
         traceback.print_exception(error.__cause__)
     complain("error", str(error))
@@ -33,6 +33,6 @@ def tell_raised(error: RaisedError) -> int:
 
 @contextlib.contextmanager
 def prints_aside() -> Iterator[None]:
-    """Send what is printed meanwhile to standard error: standard output is for results."""
+    """Send anything printed in this context to standard error: standard output is for results."""
     with contextlib.redirect_stdout(sys.stderr):
         yield

@@ -1,4 +1,4 @@
-"""What the commands share that write a folder of results."""
+"""What the commands that write a folder of results share."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from softvox_search.cli.own_code import prints_aside
 
 KEPT = "finished work is kept; the same command continues"
 
-#: What reads results.
+#: The libraries needed to read results.
 LIBRARIES = ("msgspec", "pandas", "pyarrow")
 
-#: Say a warning of one line.
+#: Print a warning of one line.
 warn = partial(complain, "warning")
 
 
 @contextmanager
 def needs(command: str) -> Iterator[None]:
-    """Say in one line which packages are missing."""
+    """Turn a missing package into an error of one line."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -32,7 +32,7 @@ def needs(command: str) -> Iterator[None]:
 
 
 def check_report() -> None:
-    """Make sure before the runs that there can be a report on them."""
+    """Check, before the runs, that the report can be made."""
     try:
         from softvox_search.report import figures, page  # noqa: F401
     except ModuleNotFoundError as error:
@@ -40,13 +40,13 @@ def check_report() -> None:
         raise BadInputError(f"{what}, or give --no-report") from error
     except Exception as error:
         raise BadInputError(
-            f"the report can't be made, {type(error).__name__}: {error}; mend that, or give "
+            f"the report can't be made, {type(error).__name__}: {error}; fix that, or give "
             "--no-report"
         ) from error
 
 
 def report(folder: Path) -> list[str]:
-    """Write the report on the results in a folder; return the names of what is to be read."""
+    """Write the report on the results in a folder; return the names of the files to read."""
     from softvox_search import report
     from softvox_search.experiment.results import read
 
@@ -57,7 +57,7 @@ def report(folder: Path) -> list[str]:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Say of what can't be written where that is, and of any end that nothing done is lost."""
+    """Name what can't be written, and say at any early end that finished work is kept."""
     try:
         yield
     except Stopped as stop:
@@ -72,7 +72,7 @@ def writing(folder: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of results, and its parents, where they don't exist."""
+    """Make the folder of results, and its parents, if they don't exist."""
     with bad_input("--out"):
         folder.parent.mkdir(parents=True, exist_ok=True)
         check_folder(folder, (), force=True)

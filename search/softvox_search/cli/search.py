@@ -169,7 +169,7 @@ def _search(args: Namespace) -> int:
 
 
 def _text(facts: dict[str, Any], budget: int) -> str:
-    """Return what `single.search` found for people."""
+    """Return what `single.search` found as text."""
     space = Lattice.of(facts["shape"], phases=facts["phases"])
     level, under = facts["level"], facts["under_noise"]
     is_known, fitness = "rank" in facts, f"{facts['fitness']:.4f} voxel widths"

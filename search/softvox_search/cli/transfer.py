@@ -1,4 +1,4 @@
-"""softvox transfer: a method and a reality that it knows by tests alone."""
+"""softvox transfer: a method in a reality that it knows from tests alone."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ compared after as many cycles as the shortest run has; --cycles 90:23 compares
 real ones after 90 with simulated ones after 23.
 """
 
-#: The reality, where none is named.
+#: The reality if none is named.
 DEFAULT = "reversal"
 
-#: After so many tests the table tells, and after the last.
+#: The table has a row after so many tests, and after the last.
 TOLD = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 
-#: Numbers of a run that are told on average as well.
+#: Numbers of a run that are also given as means.
 MEASURES = (
     *("srcc_before", "srcc_after", "kendall_before", "kendall_after"),
     *("heading_error_before", "heading_error", "distance"),
@@ -129,7 +129,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Check everything, let the method run, draw, then print."""
+    """Check everything, run the method, draw, then print."""
     if args.list:
         from softvox_search.transfer.registry import REGISTRY
 
@@ -158,7 +158,7 @@ def run(args: Namespace) -> int:
 
 
 def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
-    """Return the reality and the tasks, and set the tests; BadInputError for what can't be."""
+    """Return the reality and the tasks, and set the tests; BadInputError for invalid options."""
     from softvox_search.transfer.run import number_of_tests
 
     where = _where(args)
@@ -179,7 +179,7 @@ def _asked(args: Namespace) -> tuple[Reality, list[Task]]:
 
 
 def _where(args: Namespace) -> Reality:
-    """Return the reality that is meant."""
+    """Return the reality that the options name."""
     if args.reality is not None and args.trials:
         raise BadInputError("give either --reality or --trials, not both")
     if (made := measured_of(args)) is not None:
@@ -189,7 +189,7 @@ def _where(args: Namespace) -> Reality:
 
 
 def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
-    """Return the tasks in which a robot that was tried got anywhere: of others all is unknown."""
+    """Return the tasks in which a measured robot got anywhere: in others all regret is unknown."""
     made = [task for task in tasks if np.nanmax(task.reward(where.displacement)) > 0]
     lost = [task.heading for task in tasks if task not in made]
     way = "anywhere" if None in lost else f"towards {', '.join(f'{one:g}' for one in lost)} degrees"
@@ -204,7 +204,7 @@ def _answerable(where: MeasuredReality, tasks: Sequence[Task]) -> list[Task]:
 
 
 def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[TransferRun]:
-    """Let the method run, once per task."""
+    """Run the method once per task."""
     from softvox_search import SearcherError
     from softvox_search.single import RaisedError
     from softvox_search.transfer import SimulationBudgetError
@@ -241,7 +241,7 @@ def _runs(args: Namespace, where: Reality, tasks: Sequence[Task]) -> list[Transf
 
 
 def _picture() -> Callable[[Sequence[TransferRun], Reality], bytes]:
-    """Return what draws, as PNG; BadInputError where there is nothing to draw with."""
+    """Return a function that draws, as PNG; BadInputError if a library is missing."""
     try:
         from softvox_search.report import style
         from softvox_search.report.crossing import picture
@@ -259,7 +259,7 @@ def _picture() -> Callable[[Sequence[TransferRun], Reality], bytes]:
 
 
 def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict[str, Any]:
-    """Return what was found, ready for JSON."""
+    """Return the results, ready for JSON."""
     rows = [
         {
             "heading": run.task.heading,
@@ -298,7 +298,7 @@ def _facts(args: Namespace, where: Reality, runs: Sequence[TransferRun]) -> dict
 
 
 def _lost_or_tried(where: Reality) -> dict[str, Any]:
-    """Return how many designs diverge in a reality, or what is known of one made of trials."""
+    """Return how many designs diverge in a reality, or what is known about one made of trials."""
     if not isinstance(where, MeasuredReality):
         return {"diverged": int(where.landscape()["diverged"].sum())}
     known = {
@@ -312,7 +312,7 @@ def _lost_or_tried(where: Reality) -> dict[str, Any]:
 
 
 def _text(facts: dict[str, Any]) -> str:
-    """Return it for people."""
+    """Return the results as text."""
     rows, mean = facts["runs"], facts["mean"]
     headings = ", ".join(f"{row['heading']:g}" for row in rows if row["heading"] is not None)
     task = facts["task"] + (f" along {headings} degrees" if headings else "")
@@ -365,6 +365,6 @@ def _told(regret: float | None) -> str:
 
 
 def _both(before: float | None, after: float | None, form: str, unit: str = "") -> str:
-    """Return a number of the simulator's and of the method's expectations."""
+    """Return a number for the simulator's and for the method's expectations."""
     first, second = ("unknown" if one is None else f"{one:{form}}{unit}" for one in (before, after))
     return f"{first} for the simulator, {second} for the method at the end"

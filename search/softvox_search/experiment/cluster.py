@@ -1,8 +1,8 @@
-"""Runs done by the workers of a Dask cluster, here or on other machines, to the same bits.
+"""Runs on the workers of a Dask cluster, here or on other machines, with the same bits.
 
-Runs travel in chunks. A worker does as many of a chunk as fit into some seconds and returns these;
-the rest is given out again. Every worker is asked what it is before it gets work, and once more by
-each chunk, as workers may join later.
+Runs travel in chunks. A worker does runs of a chunk for a given time and returns them; the rest of
+the chunk is handed out again. Every worker's versions are checked before it gets work, and again
+by each chunk, as workers may join later.
 """
 
 from __future__ import annotations
@@ -35,41 +35,41 @@ from softvox_search.experiment.transfer import TransferExperiment
 if TYPE_CHECKING:
     from distributed import Client
 
-#: s, of work in a chunk: a hundred times what Dask needs for it (benchmarks/cluster.csv). The
-#: scheduler takes a millisecond per chunk, so that of many workers each does larger ones.
+#: s of work in a chunk: a hundred times Dask's overhead per chunk (benchmarks/cluster.csv). The
+#: scheduler takes a millisecond per chunk, so with many workers the chunks are larger.
 SECONDS, SECONDS_PER_WORKER = 1.0, 0.02
 
-#: s, after which workers that have joined meanwhile are given work.
+#: s, interval at which workers that have joined get work.
 LOOK = 1.0
 
-#: s, until a scheduler that does not answer is given up.
+#: s, after which a scheduler that does not answer is given up.
 PATIENCE = 10
 
-#: What a worker is asked for: libraries, modules, and folders where modules are looked for too.
+#: What a worker is asked about: libraries, modules, and further folders of modules.
 Question = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 
 @contextmanager
 def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Client]:
-    """Connect to the scheduler at an address, or start a cluster and end it afterwards.
+    """Connect to the scheduler at an address; or start a cluster, and end it afterwards.
 
     Parameters
     ----------
     scheduler : str
-        An address, "local" for so many workers on this machine, or "slurm" for so many jobs, of
-        which dask-jobqueue's configuration says the rest.
+        An address; "local" for so many workers on this machine; or "slurm" for so many jobs, which
+        dask-jobqueue's configuration describes further.
 
     Raises
     ------
     ImportError
-        Where Dask is not installed.
+        If Dask is not installed.
     BadInputError
-        Where no scheduler answers, or no cluster can be started.
+        If no scheduler answers, or no cluster can be started.
     """
     import dask
     from distributed import Client, LocalCluster, Status
 
-    # Dask tells in many lines what becomes one error here, and of workers that it replaces.
+    # Dask logs many lines for each error raised here, and about workers that it replaces.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     where: Any = scheduler
     with ExitStack() as stack:
@@ -101,8 +101,8 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
                                 self.status = Status.running
 
                     if shutil.which("sbatch") is None:
-                        raise ValueError("there is no sbatch here; say it where jobs are submitted")
-                    n = dask.config.get("jobqueue.slurm.cores") or 1  # a run at a time in each
+                        raise ValueError("no sbatch here; run the command where jobs are submitted")
+                    n = dask.config.get("jobqueue.slurm.cores") or 1  # one run at a time on each
                     where = SLURMCluster(
                         processes=n,
                         n_workers=jobs * n,
@@ -121,15 +121,15 @@ def connected(scheduler: str, *, workers: int = 1, jobs: int = 1) -> Iterator[Cl
 
 
 def _close(cluster: Any) -> None:
-    with suppress(AssertionError):  # of Dask's, about jobs that were not taken
+    with suppress(AssertionError):  # raised by Dask about jobs that were refused
         cluster.close()
 
 
 def _kill(cluster: Any) -> None:
-    """End the workers of a cluster on this machine at once, whatever they do."""
+    """Kill the workers of a cluster on this machine at once."""
     for nanny in cluster.workers.values():
         nanny.auto_restart = False
-        with suppress(OSError, TypeError):  # where there is none any more
+        with suppress(OSError, TypeError):  # if the process has ended
             os.kill(nanny.pid, signal.SIGKILL)
 
 
@@ -141,21 +141,21 @@ def do_all(
     folders: Sequence[str] = (),
     say: Say,
 ) -> Generator[Done | Failed, None, None]:
-    """Do runs of an experiment on a cluster; yield each as it is finished, in any order.
+    """Do runs of an experiment on a cluster; yield each when it is finished, in any order.
 
-    When the generator is closed the cluster is asked to drop what it has not done.
+    When the generator is closed, the cluster is asked to drop the unfinished runs.
 
     Parameters
     ----------
     folders : sequence of str
-        Where workers look for the experiment's modules too.
+        Folders in which workers also look for the experiment's modules.
     say : callable (message)
-        Called whenever there is no worker to do them.
+        Called whenever there are no workers.
 
     Raises
     ------
     UsageError
-        Where a worker is not as this process is, or the scheduler is lost.
+        If a worker's versions differ from this process's, or the scheduler is lost.
     """
     question = (tuple(experiment.libraries), tuple(modules(experiment)), tuple(folders))
     expected = {**_facts(*question), **_ALONE}
@@ -167,8 +167,8 @@ def do_all(
             if isinstance(error, UsageError) or not is_lost:
                 raise
             raise UsageError(
-                f"the scheduler {_address(client)} is lost; what is done is kept, and once it is "
-                "back the same command goes on"
+                f"the scheduler {_address(client)} is lost; finished runs are kept, and once it is "
+                "back the same command continues"
             ) from error
 
 
@@ -179,7 +179,7 @@ def _do_all(
     expected: dict[str, Any],
     say: Say,
 ) -> Generator[Done | Failed, None, None]:
-    """As `do_all`, but for the errors of a connection that is lost."""
+    """Do runs as `do_all`, but raise the errors of a lost connection as they are."""
     from distributed.scheduler import KilledWorker
 
     if not tasks:
@@ -187,7 +187,7 @@ def _do_all(
     _check_workers(client, question, expected)
     left, size, is_waiting = deque(tasks), 1, False
     flying: dict[str, tuple[Any, list[Task]]] = {}
-    suspects: dict[str, Task] = {}  # of chunks whose workers died
+    suspects: dict[str, Task] = {}  # from chunks whose workers died
     ready: Queue[Any] = Queue()
     try:
         while left or flying or suspects:
@@ -199,10 +199,10 @@ def _do_all(
             slots, is_waiting = max(1, slots), not slots
             seconds = max(SECONDS, slots * SECONDS_PER_WORKER)
             chunks: list[list[Task]] = []
-            while left and len(flying) + len(chunks) < slots:  # none waits behind a slow one
+            while left and len(flying) + len(chunks) < slots:  # so none waits behind a slow one
                 fair = max(1, min(size, len(left) // (2 * slots)))
                 chunks.append([left.popleft() for _ in range(fair)])
-            if not flying and not chunks:  # nothing else is done beside it that could be to blame
+            if not flying and not chunks:  # alone, so that it is clear which run is to blame
                 chunks = [[next(iter(suspects.values()))]]
             for chunk in chunks:
                 future = client.submit(_work, chunk, seconds, question, expected, pure=False)
@@ -239,7 +239,7 @@ def _do_all(
 def _work(
     chunk: Sequence[Task], seconds: float, question: Question, expected: dict[str, Any]
 ) -> tuple[list[Done | Failed], float]:
-    """Do runs on a worker, at least one, until so many seconds have passed; return how many did."""
+    """Do runs on a worker, at least one, until the time is up; return the number done."""
     from distributed import get_worker
 
     worker = get_worker()
@@ -255,7 +255,7 @@ def _work(
 
 
 def _part_from_dask() -> None:
-    """Leave Python's global generator to the runs: Dask draws from it too, in threads beside."""
+    """Keep Python's global generator for the runs: Dask draws from it too, in other threads."""
     for name, module in list(sys.modules.items()):
         is_its = name.partition(".")[0] in ("dask", "distributed", "tornado")
         if is_its and getattr(module, "random", None) is random:
@@ -271,7 +271,7 @@ def _environments() -> Environments:
     return Environments()
 
 
-#: What a worker has that does one run at a time, in a process of its own.
+#: What must hold for a worker that does one run at a time, in its own process.
 _ALONE = {"threads": 1, **SINGLE}
 
 
@@ -284,7 +284,7 @@ def _worker_facts(*question: Any, dask_worker: Any) -> dict[str, Any]:
 def _facts(
     libraries: tuple[str, ...], modules: tuple[str, ...], folders: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Return what results in this process depend on, by what a person calls it."""
+    """Return what results in this process depend on, by names for error messages."""
     sys.path += [folder for folder in folders if folder not in sys.path]
     made = made_with(libraries)
     code = {f"the source of {module}": _code(module) for module in modules}
@@ -293,13 +293,13 @@ def _facts(
 
 @cache
 def _code(module: str) -> str | None:
-    """Return the digest of a module's source as it is when first asked, which is when it loads."""
+    """Return the digest of a module's source when first asked, which is when it is loaded."""
     digest = digest_of([module])
     return None if digest == digest_of([]) else digest[:12]
 
 
 def _check_workers(client: Client, question: Question, expected: dict[str, Any]) -> None:
-    """Raise UsageError, naming every worker now there whose results may be others."""
+    """Raise UsageError, with the first worker whose results may differ and the number of others."""
     answers = client.run(_worker_facts, *question, on_error="return")
     refused = {}
     for address, facts in answers.items():
@@ -311,22 +311,22 @@ def _check_workers(client: Client, question: Question, expected: dict[str, Any])
             refused[address] = what
     if refused:
         address, what = next(iter(refused.items()))
-        more = f"; so it is with {len(refused) - 1} more" if len(refused) > 1 else ""
+        more = f"; {len(refused) - 1} more can't be used either" if len(refused) > 1 else ""
         raise UsageError(f"worker {address} {what}{more}")
 
 
 def _difference(facts: dict[str, Any], expected: dict[str, Any]) -> str:
-    """Return in what a worker differs, and the remedy; "" where in nothing."""
+    """Return how a worker differs, and the remedy; "" if it does not differ."""
     for name, value in expected.items():
         if (its := facts.get(name)) != value:
             if name in _ALONE:
                 return (
-                    f"has {name} {its}, and does one run at a time with {value}: start workers by "
-                    "dask worker ADDRESS --nthreads 1 --nworkers N"
+                    f"has {name} {its}, but needs {value} to do one run at a time: start workers "
+                    "with dask worker ADDRESS --nthreads 1 --nworkers N"
                 )
             return (
-                f"has {name} {its or 'not at all'}, and here it is {value or 'not there'}: its "
-                "results may be others; install there what is here, and start it anew"
+                f"has {name} {its or '(missing)'}, but here it is {value or '(missing)'}: its "
+                "results may differ; install the same version there, and restart it"
             )
     return ""
 

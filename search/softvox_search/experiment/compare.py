@@ -1,4 +1,4 @@
-"""Running an experiment into a folder: what is missing there, and nothing else."""
+"""Running the experiment of a folder: only the runs that are missing there."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from softvox_search.experiment.run import identity, made_with
 from softvox_search.experiment.schema import Experiment, Run, UsageError, of_dict
 from softvox_search.experiment.transfer import TransferExperiment, TransferTask
 
-#: As many finished runs are done again before new ones are added; more where there are more
-#: searchers or methods, of each of which there is one.
+#: The least number of finished runs to repeat before new ones are added; it is more if there are
+#: more searchers or methods, as one run of each is repeated.
 SAMPLE = 5
 
 #: (3, 16) is the third of sixteen parts of the runs.
@@ -35,24 +35,24 @@ AnyRun = Run | TransferTask
 
 Summaries = dict[str, dict[str, Any]]
 
-#: Does runs, and yields each as it is finished.
+#: A function that does runs, and yields each when it is finished.
 DoAll = Callable[[Sequence[Task]], Generator[Done | Failed, None, None]]
 
 
 @dataclass(kw_only=True)
 class Outcome:
-    """What became of an experiment; only of the part where only that is done."""
+    """The outcome of an experiment, or of a part if only that was done."""
 
     total: int  #: Runs.
-    before: int  #: Those that were done already.
-    repeated: int = 0  #: Finished runs that were done again, to the same bits.
-    unrepeatable: int = 0  #: Finished runs that can't be, as their budget is in CPU seconds.
+    before: int  #: Finished runs that were there already.
+    repeated: int = 0  #: Finished runs that were repeated, with the same bits.
+    unrepeatable: int = 0  #: Finished runs that can't be repeated: their budget is in CPU seconds.
     failed: list[tuple[AnyRun, Failed]] = field(default_factory=list)
-    missing: int = 0  #: Runs that are not there, failed ones included.
-    is_whole: bool = False  #: Whether all are done or failed, so that there can be a report.
-    seconds: float = 0.0  #: s, of the runs now.
-    files: list[str] = field(default_factory=list)  #: Written, relative to the folder, but runs.
-    command: str  #: What makes the results again.
+    missing: int = 0  #: Runs without a result, failed ones included.
+    is_whole: bool = False  #: Whether every run is done or has failed, so a report can be made.
+    seconds: float = 0.0  #: s, duration of the runs done now.
+    files: list[str] = field(default_factory=list)  #: Files written now, without runs; relative.
+    command: str  #: The command that reproduces the results.
 
 
 def compare(
@@ -68,20 +68,20 @@ def compare(
     progress: Callable[[int, int], None],
     say: Say,
 ) -> Outcome:
-    """Do the runs of an experiment that a folder lacks, then write what sums them up.
+    """Do the runs of an experiment that a folder lacks, then write the summary files.
 
-    The folder must exist; the command is what makes the results again, for report and manifest.
+    The folder must exist. The command, which reproduces the results, goes into report and manifest.
 
     Parameters
     ----------
     cluster : callable, optional
-        Does the runs in place of so many processes, as `pool.do_all` does.
+        A function that does the runs instead of local processes, as `pool.do_all` does.
     part : (int, int), optional
-        Do only one of so many parts of the runs.
+        Do only the given part of the runs: (3, 16) is the third of sixteen.
     force : bool
-        Whether results in the folder are thrown away.
+        Whether to delete results in the folder.
     check : bool
-        Whether to do a sample of the finished runs again, and nothing else.
+        Whether to repeat only a sample of the finished runs.
     progress : callable (done, total)
         Called for every run that is done now.
     say : callable (message)
@@ -90,10 +90,10 @@ def compare(
     Raises
     ------
     UsageError
-        Where the folder holds something else, another process writes there, or a finished run now
-        gives another result.
+        If the folder holds something else, another process writes there, or a repeated run gives
+        a different result.
     OutputError, OSError
-        Where something can't be written.
+        If a file can't be written.
     """
     now = Manifest(
         experiment=experiment.to_dict(),
@@ -131,15 +131,15 @@ def compare(
 
 
 def merge(folders: Sequence[Path], out: Path, *, force: bool = False, say: Say) -> Outcome:
-    """Put the parts of an experiment together, each in one of some folders, into an existing one.
+    """Merge the parts of an experiment, each in its own folder, into an existing folder.
 
     Raises
     ------
     UsageError
-        Where the folders hold different experiments, or different results of a run, or force
-        would throw one of them away.
+        If the folders hold different experiments or different results of the same run, or force
+        would delete one of the parts.
     OutputError, OSError
-        Where something can't be written.
+        If a file can't be written.
     """
     if force and any(folder.resolve() == out.resolve() for folder in folders):
         raise UsageError(
@@ -161,8 +161,8 @@ def merge(folders: Sequence[Path], out: Path, *, force: bool = False, say: Say) 
                 known = done.setdefault(run, summary)
                 if known["digest"] != summary["digest"] and runs[run].is_repeatable:
                     raise UsageError(
-                        f"run {run[:16]} ({runs[run]}) has another result in {folder} than in the "
-                        "folders before; find out which is right, and leave the other out"
+                        f"run {run[:16]} ({runs[run]}) has another result in {folder} than in "
+                        "an earlier folder; find out which is right, and leave the other out"
                     )
                 if known is summary:
                     content = results.run_path(folder, run).read_bytes()
@@ -174,7 +174,7 @@ def merge(folders: Sequence[Path], out: Path, *, force: bool = False, say: Say) 
 
 
 def part_of(identities: Sequence[str], part: Part | None) -> set[str]:
-    """Return the runs of a part: in the order of their identities, one in so many."""
+    """Return the runs of a part: every n-th of the runs sorted by identity."""
     if part is None:
         return set(identities)
     number, parts = part
@@ -182,7 +182,7 @@ def part_of(identities: Sequence[str], part: Part | None) -> set[str]:
 
 
 def difference(before: Manifest, now: Manifest) -> str | None:
-    """Return the first thing in which two manifests differ that results depend on, in words."""
+    """Return the first difference of two manifests that affects results, in words."""
     old, new = _depends_on(before), _depends_on(now)
     for key in new:
         if old.get(key) != new[key]:
@@ -192,7 +192,7 @@ def difference(before: Manifest, now: Manifest) -> str | None:
 
 
 def _depends_on(manifest: Manifest) -> dict[str, Any]:
-    """Return all of it in one dict, how many runs there are last, without their title."""
+    """Return all that results depend on in one dict: without the title, and seeds last."""
     experiment = {k: v for k, v in manifest.experiment.items() if k not in ("title", "seeds")}
     made_with = dict(manifest.made_with)
     versions = made_with.pop("versions", {})
@@ -213,12 +213,12 @@ def _manifest_of(folder: Path) -> Manifest:
 def _open(
     folder: Path, now: Manifest, runs: dict[str, AnyRun], *, force: bool, shared: bool, say: Say
 ) -> Iterator[Manifest | None]:
-    """Lock a folder for runs, and return the manifest that is there.
+    """Lock a folder for runs, and return its manifest.
 
     Raises
     ------
     UsageError
-        Where there are files that are no results, or runs none of which is wanted.
+        If it has files that are not results, or only runs that the experiment does not need.
     """
     with results.locked(folder, say, shared=shared):
         if force:
@@ -235,15 +235,15 @@ def _open(
             what = difference(before, now) if before and (before.files or there) else None
             if what is not None:
                 raise UsageError(
-                    f"{folder} holds results made otherwise, none of which is of use here: {what}; "
-                    "choose another with --out, or throw those away with --force"
+                    f"{folder} holds results made differently, none of which is of use here: {what}"
+                    "; choose another with --out, or delete those with --force"
                 )
         (folder / results.FOLDER).mkdir(exist_ok=True)
         yield before
 
 
 def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | None) -> bool:
-    """Return whether a folder without missing runs has all that is written about them."""
+    """Return whether a folder without missing runs has all its summary files."""
     return (
         not before.failed
         and before.experiment == now.experiment
@@ -256,9 +256,9 @@ def _is_summed_up(folder: Path, before: Manifest, now: Manifest, part: Part | No
 def _repeat(
     folder: Path, runs: dict[str, AnyRun], done: Summaries, do: DoAll, outcome: Outcome
 ) -> None:
-    """Do a sample of the finished runs again, one of each kind at least; compare the bits.
+    """Repeat a sample of the finished runs, at least one of each kind; compare the bits.
 
-    Runs whose budget is in seconds are left out: they differ by nature.
+    Runs with a budget in CPU seconds are left out, as they differ each time.
     """
     repeatable = {run: one for run, one in runs.items() if one.is_repeatable}
     outcome.unrepeatable = len(runs) - len(repeatable)
@@ -272,8 +272,8 @@ def _repeat(
             why = one.error if isinstance(one, Failed) else "now gives another result"
             raise UsageError(
                 f"run {one.run[:16]} ({runs[one.run]}) in {folder} can't be repeated: {why}; the "
-                "code has changed: choose another folder with --out, or throw all runs there away "
-                "with --force"
+                "code has changed: choose another folder with --out, or delete all runs there with "
+                "--force"
             )
     outcome.repeated = len(sample)
 
@@ -286,7 +286,7 @@ def _do(
     outcome: Outcome,
     progress: Callable[[int, int], None],
 ) -> None:
-    """Do runs, and write each as it is finished."""
+    """Do runs, and write each when it is finished."""
     started = time.perf_counter()
     progress(0, len(left))
     failed = {}
@@ -312,7 +312,7 @@ def _sum_up(
     workers: int = 1,
     part: Part | None = None,
 ) -> None:
-    """Write everything but the runs and the report; the manifest last."""
+    """Write all files except the runs and the report; the manifest last."""
     manifest.failed = [failure.run for _, failure in outcome.failed]
     outcome.missing = outcome.total - len(done)
     outcome.is_whole = part is None and outcome.missing == len(outcome.failed)
@@ -345,18 +345,18 @@ def _sum_up(
 
 
 def code_digest(experiment: Experiment | TransferExperiment) -> str:
-    """Return a digest of the source: this package's, and of the modules that the file names."""
+    """Return a digest of the source of this package and of the modules that the file names."""
     return digest_of(modules(experiment))
 
 
 def modules(experiment: Experiment | TransferExperiment) -> list[str]:
-    """Return the modules whose source an experiment's runs are made by."""
+    """Return the modules that an experiment's results depend on."""
     own = {name.partition(":")[0] for name in experiment.named() if ":" in name}
     return ["softvox_gym", "softvox_search", *sorted(own)]
 
 
 def digest_of(modules: Sequence[str]) -> str:
-    """Return a digest of the source of modules, and of packages with all that is in them."""
+    """Return a digest of the source of modules, including all modules of packages."""
     total = hashlib.sha256()
     for module in modules:
         spec = util.find_spec(module)

@@ -23,17 +23,17 @@ from softvox_search.registry import found, make
 
 
 class Environments:
-    """Makes the environments of problems, and keeps them for the runs that follow.
+    """Makes the environments of problems, and keeps them for later runs.
 
-    An environment costs more to make than a batch from the table, and holds nothing from one batch
-    to the next. A wrapper from elsewhere may, so those are made anew for every run.
+    An environment costs more to make than a batch from the table, and keeps no state between
+    batches. A wrapper from another package may keep state, so those are made anew for every run.
     """
 
     def __init__(self) -> None:
         self._made: dict[tuple[str, int], VectorEnv[Any, Any, Any]] = {}
 
     def of(self, problem: Problem) -> MakeEnv:
-        """Return what makes the environments of a problem."""
+        """Return a function that makes the environments of a problem."""
         is_kept = not any(":" in wrapper["name"] for wrapper in problem.wrappers)
         made = self._made if is_kept else {}
 
@@ -49,8 +49,8 @@ class Environments:
 def answers_from_table(problem: Problem) -> bool:
     """Return whether the table gives the engine's bits.
 
-    It does where nothing disturbs the simulation itself: noise on the measurement may, but what a
-    wrapper from elsewhere does is not known.
+    It does unless something disturbs the simulation itself. Noise on the measurement does not, but
+    what a wrapper from another package does is unknown.
     """
     return (
         problem.table
@@ -66,12 +66,12 @@ def answers_from_table(problem: Problem) -> bool:
 def check(
     experiment: Experiment | TransferExperiment, place: str, progress: Callable[[int, int], None]
 ) -> None:
-    """Make every environment and every searcher once, before the work; or every method.
+    """Make every environment and every searcher, or every method, once, before the work.
 
     Raises
     ------
-    UsageError
-        For a wrapper, a policy or a searcher that can't be made as the file says; it begins with
+    If a wrapper, policy or searcher can't be made as the file says; the message begins with
+    the place.
         the place.
     """
     if isinstance(experiment, TransferExperiment):
@@ -87,8 +87,8 @@ def check(
         noisy = oracle.noisy or noisy
     if experiment.policies and not noisy:
         raise UsageError(
-            f"{place}: [[policies]] are against the luck of noisy evaluations, and nothing is "
-            "noisy here; give levels or a wrapper with noise, or drop them"
+            f"{place}: [[policies]] deal with noisy evaluations, but nothing is noisy here; give "
+            "levels or a wrapper with noise, or drop them"
         )
     for choice, shape in product(experiment.searcher_choices(), experiment.shapes()):
         searcher = tried(

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 
 _SPAWN = multiprocessing.get_context("spawn")
 
-#: Libraries for linear algebra use as many threads as there are cores, and may add in another order
-#: with another number of them. The runs are in parallel already.
+#: Libraries for linear algebra use one thread per core, and their order of summation may depend on
+#: the number of threads. One thread is enough, as the runs are parallel already.
 SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: What a terminal sends to all processes; the parent answers for the workers.
+#: Signals that a terminal sends to all processes; the parent handles them for the workers.
 _TERMINAL = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
 
 #: A run and its identity.
@@ -45,9 +45,9 @@ class Failed(NamedTuple):
 
 
 def do_all(tasks: Sequence[Task], *, workers: int) -> Generator[Done | Failed, None, None]:
-    """Do runs in so many worker processes; yield each as it is finished, in any order.
+    """Do runs in worker processes; yield each when it is finished, in any order.
 
-    When the generator is closed the workers are ended.
+    When the generator is closed, the workers are ended.
     """
     left = list(reversed(tasks))
     team: dict[Connection, tuple[SpawnProcess, str]] = {}
@@ -92,10 +92,10 @@ def done(task: Task, environments: Any) -> Done | Failed:
 
 @contextlib.contextmanager
 def for_workers() -> Iterator[None]:
-    """Let Ctrl-C not reach what is started, and linear algebra be single-threaded there."""
-    resource_tracker.ensure_running()  # which would undo the mask if it started meanwhile
+    """Shield processes started in this context from Ctrl-C, with single-threaded linear algebra."""
+    resource_tracker.ensure_running()  # it would undo the mask if it started within
     before = dict(os.environ)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)  # which processes inherit
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL)  # inherited by processes
     try:
         os.environ.update(SINGLE)
         yield
@@ -117,22 +117,22 @@ def _start() -> tuple[Connection, SpawnProcess]:
 
 
 def _give(connection: Connection, task: Task) -> str:
-    """Let a worker do a run; return the run's identity."""
-    with contextlib.suppress(OSError):  # it has died, and there is nothing to receive from it
+    """Send a run to a worker; return the run's identity."""
+    with contextlib.suppress(OSError):  # a dead worker is noticed on receiving
         connection.send(task)
     return task[0]
 
 
 def _end(connection: Connection, process: SpawnProcess) -> None:
-    """End a worker, also in the middle of a run."""
+    """End a worker, even during a run."""
     process.kill()
     process.join()
     connection.close()
 
 
 def _work(connection: Connection) -> None:
-    """Do the runs that the parent sends, until it has no more or is gone."""
-    sys.stdout = sys.stderr  # what searchers print must not come among the command's results
+    """Do the runs that the parent sends, until it closes the connection or ends."""
+    sys.stdout = sys.stderr  # keeps what searchers print out of the command's results
     threading.Thread(target=_end_with_parent, daemon=True).start()
     from softvox_search.experiment.environments import Environments
 

@@ -1,8 +1,8 @@
-"""A folder of results: one file per run, a summary of them all, and the one reader of both.
+"""A folder of results: one file per run, a summary of all runs, and the reader of both.
 
-A run's file appears whole, and carries a digest of all its bytes: whatever happened to it is found
-when it is read. runs.csv has a row per run and manifest.json says what it is the result of; both
-can be written again from the files of the runs.
+A run's file is written atomically, and carries a digest of all its bytes, so any damage is found on
+reading. runs.csv has a row per run, and manifest.json describes the experiment; both can be
+restored from the files of the runs.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 FOLDER, RUNS, FAILED, MANIFEST = "runs", "runs.csv", "failed.csv", "manifest.json"
 
-#: What is thrown away to start anew; the manifest first, as it vouches for the others.
+#: What --force deletes; the manifest first, as it vouches for the others.
 OURS = (MANIFEST, RUNS, FAILED, "report.md", FOLDER, "tables", "figures")
 
 _COUNTERS = ("sequence", "unique_sequence")
@@ -49,19 +49,19 @@ Say = Callable[[str], None]
 
 
 class ResultsError(UsageError):
-    """Results that are missing or damaged: one line, with the command that makes them again."""
+    """Missing or damaged results: one line, with the command that makes them again."""
 
 
 class Manifest(msgspec.Struct, kw_only=True):
-    """What is read of manifest.json, which has more."""
+    """The part of manifest.json that is read; the file has more."""
 
     experiment: dict[str, Any]  #: As `Experiment.to_dict` returns it.
-    command: str  #: What to type to make the results again, but for --out.
+    command: str  #: The command that reproduces the results, without --out.
     made_with: dict[str, Any]  #: As `run.made_with` returns it.
     code: str  #: Digest of the source.
     failed: list[str]  #: Identities of the runs that failed.
-    files: dict[str, str]  #: SHA-256 of runs.csv; nothing where runs are missing.
-    notes: list[str] = []  #: What happened to the folder.
+    files: dict[str, str]  #: SHA-256 of runs.csv; empty if runs are missing.
+    notes: list[str] = []  #: Events in the history of the folder.
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Results:
     folder : Path
     title : str
     command : str
-        What to type to make these results again.
+        The command that reproduces these results.
     experiment : dict
         As `Experiment.to_dict` returns it.
     runs : DataFrame
@@ -84,16 +84,16 @@ class Results:
         searcher    label of the searcher
         physics     label of the physics
         shape       of the lattice, "2x2x2"
-        level       of the noise; NaN where the experiment has no such axis
-        policy      against luck; "" where there is none
+        level       noise level; NaN if the experiment has no levels
+        policy      noise policy; "" if there is none
         seed        index of the seed
         status      "ok" or "failed"
-        unique      evaluations used that no cache answered; under noise each is one
+        unique      evaluations used that no cache answered; under noise, all of them
         evaluations evaluations used
         steps       simulated time steps
         recommended number of the design that the searcher recommends in the end; its digits
-                    where int64 can't hold that; None where the run failed
-        believed    what the searcher believes that design to be worth, voxel widths
+                    if int64 can't hold the number; None if the run failed
+        believed    the searcher's own estimate of that design's fitness, voxel widths
         digest      of the run's log
         file        of the run, relative to the folder
         =========== ======================================================================
@@ -111,7 +111,7 @@ class Results:
         Raises
         ------
         ResultsError
-            Where its file is missing or damaged.
+            If its file is missing or damaged.
         """
         path = run_path(self.folder, run)
         try:
@@ -123,12 +123,12 @@ class Results:
 
     @property
     def is_of_transfer(self) -> bool:
-        """Whether they are of transfer methods, not of searchers."""
+        """Whether they are results of transfer methods, not of searchers."""
         return "methods" in self.experiment
 
     @property
     def repair(self) -> str:
-        """What to type to make what is missing of them."""
+        """The command that makes the missing results."""
         return f"{self.command} --out {self.folder}"
 
     @cached_property
@@ -150,12 +150,12 @@ class Results:
 
 
 def read(folder: Path, *, of_transfer: bool | None = False) -> Results:
-    """Read a folder of finished results: of searchers, of transfer methods, or of any where None.
+    """Read a folder of finished results: of searchers, of transfer methods, or of either if None.
 
     Raises
     ------
     ResultsError
-        Where they are missing, unfinished or damaged; it names the command that makes them.
+        If they are missing, unfinished or damaged; it names the command that makes them.
     """
     manifest = read_manifest(folder)
     if manifest is None:
@@ -184,7 +184,7 @@ def read(folder: Path, *, of_transfer: bool | None = False) -> Results:
     title = of_dict(manifest.experiment, str(folder / MANIFEST)).title
     runs = read_csv(path, (*TEXT_COLUMNS, "recommended"), level=_number, believed=_number)
     if "recommended" in runs:
-        # Not as numbers: beside a missing one all would be floats, which hold no large number.
+        # As text: a missing value would make all floats, which can't hold large integers.
         designs = [_design(text) for text in runs["recommended"]]
         runs["recommended"] = pd.Series(designs, dtype=object if None in designs else None)
     runs["file"] = [f"{FOLDER}/{run_path(Path(), run).name}" for run in runs["run"]]
@@ -192,12 +192,12 @@ def read(folder: Path, *, of_transfer: bool | None = False) -> Results:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Return the manifest; None where there is none.
+    """Return the manifest; None if there is none.
 
     Raises
     ------
     ResultsError
-        Where it can't be read as one.
+        If it can't be read.
     """
     path, data = folder / MANIFEST, None
     try:
@@ -214,7 +214,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def encode(identity: str, summary: dict[str, Any], columns: Columns) -> bytes:
-    """Return a run as a Parquet file, with its summary and a digest of all bytes in the footer."""
+    """Encode a run as a Parquet file, with its summary and a digest of all bytes in the footer."""
     table, sink = pa.table(columns), io.BytesIO()
     with pq.ParquetWriter(
         sink,
@@ -237,7 +237,7 @@ def decode(content: bytes, identity: str) -> tuple[dict[str, Any], pa.Table]:
     Raises
     ------
     ValueError
-        Where a bit of the file is not as it was written, or it is another run's.
+        If a bit of the file has changed, or it is another run's.
     """
     head, _, rest = content.rpartition(_MARK)
     if rest[:64] != _digest(head, rest[64:]):
@@ -251,12 +251,12 @@ def decode(content: bytes, identity: str) -> tuple[dict[str, Any], pa.Table]:
 
 
 def run_path(folder: Path, identity: str) -> Path:
-    """Return where the file of a run is."""
+    """Return the path of a run's file."""
     return folder / FOLDER / f"{identity[:16]}.parquet"
 
 
 def finished(folder: Path, identities: Iterable[str], say: Say) -> dict[str, dict[str, Any]]:
-    """Return the summaries of the runs that are there; rename damaged files, and say so."""
+    """Return the summaries of the runs that are there; rename damaged files, and report these."""
     summaries = {}
     for identity in identities:
         path = run_path(folder, identity)
@@ -273,12 +273,12 @@ def finished(folder: Path, identities: Iterable[str], say: Say) -> dict[str, dic
 
 @contextlib.contextmanager
 def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
-    """Keep other processes from writing there, but for those that share it as well.
+    """Keep other processes from writing there, except those that share the lock.
 
     Raises
     ------
     UsageError
-        Where another process is writing there.
+        If another process is writing there.
     """
     descriptor = os.open(folder, os.O_RDONLY)
     try:
@@ -297,7 +297,7 @@ def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
                 "that write there do the same runs twice"
             )
         if not shared:
-            for path in folder.rglob(".*.partial-*"):  # what a killed process left
+            for path in folder.rglob(".*.partial-*"):  # left by a killed process
                 path.unlink(missing_ok=True)
         yield
     finally:
@@ -305,7 +305,7 @@ def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
 
 
 def clear(folder: Path) -> None:
-    """Throw earlier results away; where there are none, what has such a name is somebody else's."""
+    """Delete earlier results. Without any there, files of the same names are not ours, and stay."""
     if not (folder / MANIFEST).exists() and not any((folder / FOLDER).glob("*.parquet")):
         return
     for path in (folder / name for name in OURS):
@@ -318,7 +318,7 @@ def clear(folder: Path) -> None:
 def write_runs(folder: Path, rows: Sequence[dict[str, Any]], summary: Sequence[str]) -> str:
     """Write runs.csv from names and summaries of one run or more; return its SHA-256.
 
-    Of the columns of the summary a run that failed has only the first, the status.
+    A run that failed has only the first column of the summary, its status.
     """
     names = [name for name in rows[0] if name not in summary]
     write_csv(folder / RUNS, (*names, *summary), rows)
@@ -326,7 +326,7 @@ def write_runs(folder: Path, rows: Sequence[dict[str, Any]], summary: Sequence[s
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
-    """Write a table, which appears whole; nothing stands for None, and for what a row lacks."""
+    """Write a table atomically; None and what a row lacks become empty cells."""
     import pandas as pd
 
     table = pd.DataFrame(rows, columns=list(header), dtype=object)
@@ -334,7 +334,7 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[dict[str, Any]])
 
 
 def read_csv(path: Path, text: Iterable[str], **readers: Callable[[str], Any]) -> pd.DataFrame:
-    """Read a table, some columns as text, others by functions; in the rest numbers can be missing.
+    """Read a table: some columns as text, some by functions, the rest as numbers, if possible.
 
     A text may be "nan".
     """
@@ -352,7 +352,7 @@ def read_csv(path: Path, text: Iterable[str], **readers: Callable[[str], Any]) -
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file; "" where it doesn't exist."""
+    """Return the SHA-256 of a file; "" if it doesn't exist."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except FileNotFoundError:
@@ -364,10 +364,10 @@ def _digest(head: bytes, tail: bytes) -> bytes:
 
 
 def _design(text: str) -> int | str | None:
-    """Return a design's number, or its digits, which are longer; None for nothing."""
+    """Return a design's number, or its digits, which are longer; None for an empty text."""
     return (int(text) if len(text) < 20 else text) if text else None
 
 
 def _number(text: str) -> float:
-    """Return a number to its last bit, which not every version of pandas does."""
+    """Return a number exact to the last bit; not every version of pandas reads them so."""
     return float(text or "nan")

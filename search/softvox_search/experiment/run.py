@@ -1,4 +1,4 @@
-"""One run of an experiment: its identity, its random streams, and what comes of it."""
+"""One run of an experiment: its identity, its random streams and its result."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from softvox_search.run import run as search
 def made_with(libraries: tuple[str, ...] = LIBRARIES) -> dict[str, Any]:
     """Return what every run's result depends on besides the experiment, ready for JSON.
 
-    The versions of Python and of some libraries, None for one that is not installed; and a digest
-    of what the loaded engine makes of some designs.
+    These are the versions of Python and of some libraries, None if not installed, and a digest of
+    the loaded engine's results for some designs.
     """
     versions = {
         "python": ".".join(platform.python_version_tuple()[:2]),
@@ -46,15 +46,15 @@ def _versions(libraries: Iterable[str]) -> Iterator[tuple[str, str | None]]:
 
 
 def identity(run: Run | TransferTask, made_with: dict[str, Any]) -> str:
-    """Return the SHA-256 of all that a run's result depends on."""
+    """Return the SHA-256 of everything that a run's result depends on."""
     return sha256({**run.to_dict(), **made_with}).hex()
 
 
 def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
-    """Return a run's own generators, of its searcher and of its noise seeds.
+    """Return a run's own generators: for its searcher, and for its noise seeds.
 
-    They are keyed by the names of searcher, physics, shape, level and policy and by the seed, so
-    that whatever else an experiment asks for changes no run.
+    They are keyed by the names of searcher, physics, shape, level and policy and by the seed. So a
+    run does not depend on what else an experiment has.
     """
     words = np.frombuffer(sha256(run.names()), dtype="<u4").tolist()
     of_searcher, of_noise = np.random.SeedSequence(run.entropy, spawn_key=words).spawn(2)
@@ -62,12 +62,12 @@ def streams(run: Run) -> tuple[np.random.Generator, np.random.Generator]:
 
 
 def do(run: Run | TransferTask, environments: Environments) -> tuple[dict[str, Any], Columns]:
-    """Do a run in environments that are used again; raise whatever searcher or method raises.
+    """Do a run in reused environments; pass on any error of the searcher or method.
 
     Returns
     -------
     summary : dict
-        A row of `Results.runs`, but for the columns run and file; None where there is nothing.
+        A row of `Results.runs` without the columns run and file; None for what has no value.
     columns : dict of ndarray
         The log.
     """
@@ -75,7 +75,7 @@ def do(run: Run | TransferTask, environments: Environments) -> tuple[dict[str, A
         return cross(run)
     rng, noise = streams(run)
     choice, problem, budget = run.searcher, run.problem, run.searcher.budget.checked()
-    # At level 0 a repeated evaluation costs what it costs at the others, so that budgets are equal.
+    # Level 0 counts repeated evaluations as other levels do, so that budgets are equal.
     noisy = True if problem.level is not None else None
     oracle = Oracle(environments.of(problem), budget, rng=noise, noisy=noisy)
     searcher = make(choice.name, rng, space=problem.shape, **choice.options)

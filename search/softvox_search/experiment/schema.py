@@ -1,4 +1,4 @@
-"""What an experiment is, how it is read from its TOML file, and the runs that it asks for."""
+"""Experiments: how they are read from TOML files, and their runs."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from softvox_search.policies import Policy
 
 NOISE = "JakobiNoise"
 
-#: Runs of an experiment.
+#: The most runs of an experiment.
 MOST_RUNS = 10**6
 
-#: Libraries that draw for searchers, or compute for them; a version may change the bits.
+#: Libraries that draw random numbers or compute for searchers; a version may change the bits.
 LIBRARIES = ("cmaes", "deap", "gymnasium", "nevergrad", "numpy", "optuna", "ribs", "scipy")
 
 Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
@@ -44,7 +44,7 @@ T = TypeVar("T")
 
 
 class UsageError(BadInputError):
-    """What was given can't be used: one line that names it and the remedy."""
+    """Unusable input: one line that names it and the remedy."""
 
 
 class BudgetKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -56,17 +56,17 @@ class BudgetKeys(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     cpu_seconds: Annotated[float, Meta(gt=0)] | None = None
 
     def within(self, common: BudgetKeys) -> BudgetKeys:
-        """Return it with the common one's keys where it doesn't have its own."""
+        """Return this with the keys that it lacks taken from the common budget."""
         own = {key: n for key, n in asdict(self).items() if n is not None}
         return structs.replace(common, **own)
 
     def checked(self) -> Budget:
-        """Return the budget itself; ValueError where it doesn't surely end a search."""
+        """Return the budget itself; ValueError if it might never end a search."""
         return Budget(**asdict(self))
 
 
 class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[policies]]: a name, and what `softvox_search.policies.Policy` takes."""
+    """A table [[policies]]: a name, and the arguments of `softvox_search.policies.Policy`."""
 
     name: Name
     running_mean: bool = False
@@ -82,9 +82,9 @@ class PolicyChoice(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Row(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What [[searchers]] and [[methods]] have in common; seeds replace the experiment's.
+    """The keys common to [[searchers]] and [[methods]]; seeds replace the experiment's.
 
-    An option that is a list makes a row of each of its values.
+    An option that is a list makes a row for each of its values.
     """
 
     name: Name
@@ -99,11 +99,11 @@ class Row(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     @property
     def n_combinations(self) -> int:
-        """How many `combinations` there are."""
+        """The number of `combinations`."""
         return prod(map(len, self.swept.values()))
 
     def combinations(self) -> list[Self]:
-        """Return a row, with a label, for every combination of options that are lists."""
+        """Return a row, with a label, for every combination of values of options that are lists."""
         made = []
         for values in product(*self.swept.values()):
             options = dict(zip(self.swept, values, strict=True))
@@ -119,14 +119,14 @@ class Searcher(Row, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class File(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the files of all experiments have; `softvox compare --help` explains their keys."""
+    """The keys common to the files of all experiments; `softvox compare --help` explains them."""
 
     seeds: Count
     entropy: Annotated[int, Meta(ge=0)] = 0
     title: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it ready for JSON; `of_dict` reads it back."""
+        """Return the experiment ready for JSON; `of_dict` reads it back."""
         return cast(dict[str, Any], msgspec.to_builtins(self))
 
     def check_rows(
@@ -134,7 +134,7 @@ class File(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     ) -> None:
         """Raise ValueError for values that a file can't have, or more runs than `MOST_RUNS`.
 
-        Each is how many runs a combination and a seed of a row are.
+        Each returns how many runs a row has per combination and seed.
         """
         for row in rows:
             if [] in row.options.values():
@@ -209,7 +209,7 @@ class Experiment(File, frozen=True, kw_only=True, forbid_unknown_fields=True):
         ]
 
     def named(self) -> list[str]:
-        """Return the names in the file that may be those of one's own code."""
+        """Return the names in the file that may refer to the user's own code."""
         wrappers = [str(one["name"]) for one in self.wrappers]
         return [*wrappers, *(row.name for row in self.searchers)]
 
@@ -228,26 +228,26 @@ class Experiment(File, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """What a searcher is put to, on `shape` and with a physics of some label."""
+    """The task of a searcher: a lattice, a physics with a label, noise and wrappers."""
 
     physics: str = "published"
-    values: str | dict[str, Any] = "published"  #: As `Physics.of` takes it.
+    values: str | dict[str, Any] = "published"  #: As `Physics.of` accepts it.
     shape: Lattice = Lattice()  # noqa: RUF009, immutable
-    level: float | None = None  #: Of `JakobiNoise`; None without that axis.
-    wrappers: tuple[dict[str, Any], ...] = ()  #: Outward; "name", and the wrapper's arguments.
+    level: float | None = None  #: Level of `JakobiNoise`; None if the experiment has no levels.
+    wrappers: tuple[dict[str, Any], ...] = ()  #: Innermost first; "name", and further arguments.
     table: bool = True
 
     @cached_property
     def changes(self) -> dict[str, Any]:
-        """What differs from the published physics, ready for JSON."""
+        """The differences from the published physics, ready for JSON."""
         base, values = Physics.published().to_dict(), Physics.of(self.values).to_dict()
         return {name: value for name, value in values.items() if value != base[name]}
 
     def to_dict(self) -> dict[str, Any]:
         """Return what results depend on, ready for JSON.
 
-        Of the physics only the changes, so that a parameter that the package gains later changes no
-        run's identity.
+        The physics is given by its differences only, so that a parameter added to the package later
+        does not change the identity of runs.
         """
         return {
             "physics": self.changes,
@@ -258,7 +258,7 @@ class Problem:
         }
 
     def stack(self) -> list[dict[str, Any]]:
-        """Return the wrappers from the environment outward, the noise of the level among them."""
+        """Return the wrappers, innermost first, including the noise of the level."""
         if self.level is None:
             return list(self.wrappers)
         level = {"name": NOISE, "level": self.level}
@@ -269,7 +269,7 @@ class Problem:
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """A searcher on a problem under a policy, with the index of a seed and a file's entropy."""
+    """A searcher on a problem under a policy, with the index of a seed and the file's entropy."""
 
     searcher: Searcher
     problem: Problem = field(default_factory=Problem)
@@ -277,23 +277,23 @@ class Run:
     seed: int = 0
     entropy: int = 0
 
-    #: What comes of it, beside its names.
+    #: The columns of its result.
     summary: ClassVar[tuple[str, ...]] = (
         *("status", "unique", "evaluations", "steps", "recommended", "believed", "digest"),
     )
 
     @property
     def kind(self) -> str:
-        """The searcher's name, whatever its label and options."""
+        """The searcher's name, without label and options."""
         return self.searcher.name
 
     @property
     def is_repeatable(self) -> bool:
-        """Whether it gives the same bits each time: not where its budget is in CPU seconds."""
+        """Whether it gives the same bits each time: not if its budget is in CPU seconds."""
         return self.searcher.budget.cpu_seconds is None
 
     def names(self) -> dict[str, Any]:
-        """Return the names by which reports, and the random streams, tell it from others."""
+        """Return the names that identify the run in reports and key its random streams."""
         return {
             "searcher": self.searcher.label,
             "physics": self.problem.physics,
@@ -304,7 +304,7 @@ class Run:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all that its result depends on of the experiment, ready for JSON."""
+        """Return all of the experiment that the run's result depends on, ready for JSON."""
         budget = vars(self.searcher.budget.checked())
         return {
             "names": self.names(),
@@ -321,12 +321,12 @@ class Run:
 
 
 def read(path: Path) -> Any:
-    """Read an experiment from a TOML file; `of_dict` says which kinds there are.
+    """Read an experiment from a TOML file; `of_dict` describes the kinds.
 
     Raises
     ------
     UsageError
-        For a file that can't be read, or is no experiment.
+        If the file can't be read, or is not an experiment.
     """
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
@@ -338,15 +338,15 @@ def read(path: Path) -> Any:
 
 
 def of_dict(data: dict[str, Any], place: str) -> Any:
-    """Return an experiment from what `tomllib` reads of its file, or its `to_dict` returns.
+    """Return an experiment from what `tomllib` reads from its file, or its `to_dict` returns.
 
-    That of transfer methods, `softvox_search.experiment.transfer.TransferExperiment`, where it has
-    the key methods; else an `Experiment`.
+    If it has the key methods, it is a `softvox_search.experiment.transfer.TransferExperiment`;
+    otherwise it is an `Experiment`.
 
     Raises
     ------
     UsageError
-        For what is none; it begins with the place.
+        If it is not an experiment; the message begins with the place.
     """
     kind, keys, check = _kind(data)
     try:
@@ -369,7 +369,7 @@ def _kind(data: dict[str, Any]) -> tuple[Any, Mapping[str, tuple[str, ...]], Cal
 
 
 def meant(given: str, valid: Iterable[str]) -> str:
-    """Return a guess at what was meant, to be put behind an error, or nothing."""
+    """Return a guess at the intended name, to append to an error, or an empty text."""
     close = difflib.get_close_matches(given, list(valid), n=1)
     return f"; did you mean {close[0]}?" if close else ""
 
@@ -384,7 +384,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 
 
 def _explained(message: str, data: dict[str, Any], all_keys: Mapping[str, tuple[str, ...]]) -> str:
-    """Return what msgspec says of a file's content in the words of TOML, with the value."""
+    """Return msgspec's message about a file's content in the words of TOML, with the value."""
     said, _, path = message.partition(" - at `$")
     value: Any = data
     place, keys = "", all_keys[""]
@@ -410,7 +410,7 @@ def _explained(message: str, data: dict[str, Any], all_keys: Mapping[str, tuple[
 
 
 def _check(experiment: Experiment) -> None:
-    """Refuse what the types of the keys don't rule out; `environments.check` tries the rest."""
+    """Raise ValueError for faults beyond the keys' types; `environments.check` tries the rest."""
     if not all(isinstance(wrapper.get("name"), str) for wrapper in experiment.wrappers):
         raise ValueError("[[wrappers]] lacks the key name, a text")
     axes = (experiment.physics_given(), experiment.shapes(), experiment.levels, experiment.policies)
@@ -435,11 +435,11 @@ def _check(experiment: Experiment) -> None:
     if experiment.levels and any(
         wrapper["name"] == NOISE and "level" in wrapper for wrapper in experiment.wrappers
     ):
-        raise ValueError(f"[[wrappers]] {NOISE} has a level of its own beside levels; drop one")
+        raise ValueError(f"[[wrappers]] {NOISE} has its own level beside levels; drop one of them")
 
 
 def tried(place: str, what: Callable[[], T]) -> T:
-    """Return what a call returns; whatever one's own code raises becomes one line."""
+    """Return what a call returns; any error of the user's own code becomes one line."""
     try:
         return what()
     except (ImportError, TypeError, ValueError) as error:
@@ -449,7 +449,7 @@ def tried(place: str, what: Callable[[], T]) -> T:
 
 
 def check_different(kind: str, key: str, names: list[str]) -> None:
-    """Raise ValueError for a name that is there twice."""
+    """Raise ValueError for a name that appears twice."""
     name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
     if times > 1:
         raise ValueError(f"{kind} {name} is there twice; give one of them another {key}")
@@ -468,7 +468,7 @@ def _values(physics: str | dict[str, Any]) -> str | dict[str, Any]:
 
 
 def shown(values: dict[str, Any]) -> str:
-    """Return values by their names as a label has them."""
+    """Return named values as a label shows them."""
     texts = {key: v if isinstance(v, str) else json.dumps(v) for key, v in values.items()}
     return ", ".join(f"{key}={text}" for key, text in texts.items())
 

@@ -1,4 +1,4 @@
-"""Experiments with transfer methods: what their file may say, and a run of one."""
+"""Experiments with transfer methods: the keys of their file, and how a run is done."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from softvox_search.transfer.registry import make
 from softvox_search.transfer.run import TransferRun, prepared
 from softvox_search.transfer.simulator import Simulator
 
-#: In `realities`: all that have a name.
+#: Among `realities`: all that have a name.
 NAMED = "named"
 
 Names = Annotated[list[Name], Meta(min_length=1)]
 
 
 class MethodChoice(Row, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table [[methods]]; an option that takes a list is a list of one list.
+    """A table [[methods]]; write an option whose value is a list as a list of one list.
 
-    Tests and realities, where they are given, replace the experiment's as well; tables for
-    different realities may share a label.
+    Tests and realities, if given, replace the experiment's as well; tables for different realities
+    may share a label.
     """
 
     tests: Count | None = None
@@ -55,13 +55,13 @@ class TransferExperiment(File, frozen=True, kw_only=True, forbid_unknown_fields=
     tasks: Names = msgspec.field(default_factory=lambda: ["directed"])
     methods: Annotated[list[MethodChoice], Meta(min_length=1)]
 
-    #: That draw for methods, or compute for them.
+    #: Libraries that draw random numbers or compute for methods.
     libraries: ClassVar[tuple[str, ...]] = (
         *("botorch", "deap", "gpytorch", "numpy", "sbi", "scikit-learn", "scipy", "torch"),
     )
 
     def named(self) -> list[str]:
-        """Return the names in the file that may be those of one's own code."""
+        """Return the names in the file that may refer to the user's own code."""
         return [row.name for row in self.methods]
 
     def method_choices(self) -> list[MethodChoice]:
@@ -103,7 +103,7 @@ KEYS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class TransferTask:
-    """A method in a reality with a task: of a heading, in all of `HEADINGS` one after the other."""
+    """A method in a reality with a task; a task with headings has all of `HEADINGS` in turn."""
 
     method: MethodChoice
     reality: str
@@ -114,7 +114,7 @@ class TransferTask:
 
     is_repeatable: ClassVar[bool] = True
 
-    #: What comes of it, beside its names: means over the headings, at the end.
+    #: The columns of its result: means over the headings, at the end.
     summary: ClassVar[tuple[str, ...]] = (
         *("status", "tests", "regret", "class_regret", "srcc_before", "srcc_after"),
         *("kendall_before", "kendall_after", "heading_error_before", "heading_error"),
@@ -123,16 +123,16 @@ class TransferTask:
 
     @property
     def kind(self) -> str:
-        """The method's name, whatever its label and options."""
+        """The method's name, without label and options."""
         return self.method.name
 
     @property
     def headings(self) -> tuple[float | None, ...]:
-        """Of the task, degrees."""
+        """The headings of the task, degrees."""
         return HEADINGS if self.task == "directed" else (None,)
 
     def names(self) -> dict[str, Any]:
-        """Return the names by which reports, and the random streams, tell it from others."""
+        """Return the names that identify the run in reports and key its random streams."""
         return {
             "method": self.method.label,
             "reality": self.reality,
@@ -141,7 +141,7 @@ class TransferTask:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all that its result depends on of the experiment, ready for JSON."""
+        """Return all of the experiment that the run's result depends on, ready for JSON."""
         where = reality(self.reality)
         return {
             "names": self.names(),
@@ -157,7 +157,7 @@ class TransferTask:
 
 
 def members(names: list[str] | tuple[str, ...]) -> list[str]:
-    """Return the realities that names stand for: themselves, all named ones, or a set's."""
+    """Return the realities meant by names: single realities, all named ones, or sets."""
     made = []
     for name in names:
         if name == NAMED:
@@ -170,7 +170,7 @@ def members(names: list[str] | tuple[str, ...]) -> list[str]:
 
 
 def check_values(experiment: TransferExperiment) -> None:
-    """Refuse what the types of the keys don't rule out; `check` tries the methods.
+    """Raise ValueError for faults beyond the keys' types; `check` tries the methods.
 
     Raises
     ------
@@ -201,12 +201,12 @@ def check_values(experiment: TransferExperiment) -> None:
 def check(experiment: TransferExperiment, place: str, progress: Callable[[int, int], None]) -> None:
     """Make every reality's landscape and every method once, before the work.
 
-    The models of a method are landscapes as well, which are simulated now and kept.
+    A method's models have landscapes too, which are simulated now and kept.
 
     Raises
     ------
     UsageError
-        For a method that can't be made as the file says; it begins with the place.
+        If a method can't be made as the file says; the message begins with the place.
     """
     choices = experiment.method_choices()
     where = dict.fromkeys(name for one in choices for name in members(one.realities or ()))
@@ -232,16 +232,16 @@ def check(experiment: TransferExperiment, place: str, progress: Callable[[int, i
 
 
 def cross(run: TransferTask) -> tuple[dict[str, Any], Columns]:
-    """Do a run; raise whatever the method raises.
+    """Do a run; pass on any error of the method.
 
     Returns
     -------
     summary : dict
-        A row of `Results.runs`, but for the column run.
+        A row of `Results.runs` without the column run.
     columns : dict of ndarray
-        Test by test, heading by heading: heading in degrees (NaN where the task has none), test
-        from 1, design, reward in voxel widths, recommended, regret, class_regret. A method that
-        ended early has fewer designs than recommendations: -1, and NaN, in place of the others.
+        Test by test, heading by heading: heading in degrees (NaN for tasks without one), test
+        from 1, design, reward in voxel widths, recommended, regret, class_regret. If a method ended
+        early it has fewer designs than recommendations; the rest are -1 and NaN.
     """
     made = [_crossed(run, heading) for heading in run.headings]
     tests = run.method.tests or 1
@@ -273,11 +273,11 @@ def cross(run: TransferTask) -> tuple[dict[str, Any], Columns]:
 
 
 def _crossed(run: TransferTask, heading: float | None) -> TransferRun:
-    """Do one of a run's headings, with a stream of its own, keyed by names."""
+    """Do one of a run's headings, with its own stream, keyed by names."""
     words = sha256({"entropy": run.entropy, **run.names(), "heading": heading})
     return prepared(
         run.method.name,
-        run.method.options,  # of which some may be called as what `transfer` is given besides
+        run.method.options,  # a dict, as an option may have the name of an argument of `transfer`
         reality=run.reality,
         task=run.task,
         heading=heading,
@@ -292,6 +292,6 @@ def _padded(values: Any, n: int, with_: float) -> Any:
 
 
 def _mean(values: list[float]) -> float | None:
-    """Return the mean; None where there is none, as JSON knows no NaN."""
+    """Return the mean; None if there is none, as JSON has no NaN."""
     mean = float(np.mean(values))
     return None if np.isnan(mean) else mean

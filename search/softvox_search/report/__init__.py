@@ -1,6 +1,6 @@
 """The report of an experiment: statistics, tables and figures from its runs.
 
-Light to import, as every worker does: pandas, scipy and matplotlib load with `write`.
+Importing it is cheap, as every worker does so: `write` loads pandas, scipy and matplotlib.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ __all__ = ["write"]
 def write(folder: Path, results: Results) -> list[str]:
     """Write the report of an experiment: report.md, and the folders tables and figures beside it.
 
-    The same results give the same bytes. Each file appears whole; one that exists is replaced.
-    Returns the files written, relative to the folder, report.md last.
+    The same results give the same bytes. Every file is written atomically, and replaces an existing
+    one. Returns the files written, relative to the folder, report.md last.
 
     Raises
     ------
     softvox_gym.files.OutputError
-        Where a file can't be written.
+        If a file can't be written.
     """
     from softvox_gym.files import write_file, write_folder
     from softvox_search.report import style, text
@@ -41,7 +41,7 @@ def write(folder: Path, results: Results) -> list[str]:
         making, drawing, showing = tables, figures, page
     csv = {f"{name}.csv": text.csv(table) for name, table in making.make(results).items()}
     write_folder(folder / "tables", csv, force=True)
-    # Figures and page are of the tables as their files have them, and can be made of these again.
+    # Figures and page are made from the tables as stored, so they can be made again from the files.
     made = text.read(folder / "tables", csv)
     with style.style():
         pictures = {

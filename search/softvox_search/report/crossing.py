@@ -1,4 +1,4 @@
-"""The picture of a few runs across the reality gap: what is lost, and where the robots go."""
+"""The figure of a few runs across the reality gap: their regret, and where the robots go."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Of the headings in turn; black is the mean.
+#: One per heading, in order; black is the mean.
 COLOURS = tuple(colour for colour in style.COLOURS if colour != "#000000")
 
 
 def picture(runs: Sequence[TransferRun], simulated: Array, real: Array) -> Figure:
-    """Draw runs of one method in one reality that differ in the heading.
+    """Draw runs of one method in one reality that differ in their heading.
 
     Parameters
     ----------
     runs : sequence of TransferRun
     simulated, real : ndarray, shape (6561, 3)
         Displacement of every design in the nominal simulator and in reality, voxel widths; NaN
-        of those that nobody measured.
+        for designs that were not measured.
     """
     made = style.figure(9.5, 4.6)
     losses, plane = made.subplots(1, 2)
@@ -55,7 +55,7 @@ def picture(runs: Sequence[TransferRun], simulated: Array, real: Array) -> Figur
 
 
 def _losses(axis: Axes, runs: Sequence[TransferRun]) -> None:
-    """Draw the regret after every test, of each run and on average."""
+    """Draw the regret after every test, for each run and on average."""
     at = np.arange(1, 1 + len(runs[0].regret))
     steps: dict[str, Any] = {"ds": "steps-post", "marker": "o" if len(at) == 1 else ""}
     for run, colour in zip(runs, cycle(COLOURS), strict=False):
@@ -65,7 +65,7 @@ def _losses(axis: Axes, runs: Sequence[TransferRun]) -> None:
         axis.plot(at, mean, color=style.INK, lw=scaled(2.4), **steps)
     mean = np.mean([run.class_regret for run in runs], axis=0)
     axis.plot(at, mean, color=style.INK, lw=scaled(1.3), ls=":", **steps)
-    # What nobody measured is NaN, and no line.
+    # The regret of a design that was not measured is NaN, and draws no line.
     lost = np.concatenate([run.regret for run in runs])
     if np.isnan(lost).any():
         words = f"{'unknown' if np.isnan(lost).all() else 'no line'}: nobody measured the design"
@@ -79,14 +79,14 @@ def _losses(axis: Axes, runs: Sequence[TransferRun]) -> None:
 
 
 def _plane(axis: Axes, runs: Sequence[TransferRun], simulated: Array, real: Array) -> None:
-    """Draw where the designs recommended in the end go, in both worlds."""
+    """Draw where the designs recommended last go, in both worlds."""
     ends = []
     for run, colour in zip(runs, cycle(COLOURS), strict=False):
         design = int(run.recommended[-1])
         dashed: dict[str, Any] = {"ls": "--", "lw": scaled(1.0), "mfc": "none"}
         for world, look in ((simulated, dashed), (real, {"ls": "-", "lw": scaled(1.8)})):
             x, y = world[design, :2]
-            # The marker stands at the end alone.
+            # Only the end has a marker.
             axis.plot([0, x], [0, y], color=colour, marker="o", markevery=[1], **look)
             ends.append((x, y))
         best = int(np.nanargmax(run.task.reward(real)))

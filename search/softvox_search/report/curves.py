@@ -1,4 +1,4 @@
-"""The finished runs of an experiment: the best that each had found, at any time."""
+"""The finished runs of an experiment: the best that each had found after so many evaluations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: What makes a problem, and what runs are sorted by.
+#: The columns that identify a problem; runs are sorted by them.
 PROBLEM = ["physics", "shape", "level"]
 AXES = [*PROBLEM, "policy", "searcher"]
 
@@ -31,14 +31,14 @@ FINEST_TARGET = 0.01  # voxel widths; the published second best, 0.0115 below th
 
 
 class Curve(NamedTuple):
-    """When a run came upon better: unique evaluations until then, and fitness in voxel widths."""
+    """A run's improvements: unique evaluations until each, and its fitness in voxel widths."""
 
     at: NDArray[np.int64]
     fitness: Array
 
 
 def groups(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[Any, pd.DataFrame]]:
-    """Go through the rows that agree in some columns, in order of appearance; NaN equals NaN."""
+    """Iterate over the groups of rows equal in some columns, in order of appearance; NaN == NaN."""
     grouped: Any = frame.groupby(list(columns), dropna=False, sort=False)
     yield from grouped
 
@@ -50,7 +50,7 @@ def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of a table that are about a problem."""
+    """Return the rows of a table that belong to a problem."""
     level = table["level"]
     is_level = level.isna() if np.isnan(problem["level"]) else level == problem["level"]
     is_physics, is_shape = (table[name] == problem[name] for name in ("physics", "shape"))
@@ -59,26 +59,26 @@ def on(problem: Mapping[str, Any], table: pd.DataFrame) -> pd.DataFrame:
 
 
 def improvements(at: NDArray[Any], fitness: Array) -> Curve:
-    """Return all of n evaluations, at numbers of shape (n,), with a fitness above all before."""
+    """Return those of n evaluations, at numbers of shape (n,), that are fitter than all before."""
     best = np.maximum.accumulate(fitness)
     rows = np.flatnonzero(fitness > np.concatenate([[-np.inf], best])[: len(best)])
     return Curve(at[rows].astype(np.int64), fitness[rows])
 
 
 def hypervolume(at: NDArray[Any], fitness: Array, voxels: NDArray[Any], sites: int) -> Curve:
-    """Return the hypervolume of all evaluations so far, in two objectives: far, with few voxels.
+    """Return the hypervolume of all evaluations so far; the objectives are fitness and few voxels.
 
-    That is the area between the designs that no other dominates and the reference point, a robot
-    that stands still and has sites + 1 voxels, divided by the number of sites: over all numbers of
-    voxels 1 ... sites, the mean of the best fitness of robots of at most so many (voxel widths).
-    Of n evaluations, at numbers of shape (n,), each with its fitness and voxels.
+    This is the area between the non-dominated designs and the reference point, a robot that stands
+    still and has sites + 1 voxels, divided by the number of sites. It equals the mean, over all
+    numbers of voxels 1 ... sites, of the best fitness of robots with at most so many (voxel
+    widths). Of n evaluations, at numbers of shape (n,), each with its fitness and voxels.
 
     Notes
     -----
     Source: E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms: a comparative case study
     and the strength Pareto approach, IEEE Transactions on Evolutionary Computation 3(4), 1999.
     """
-    best = np.zeros(sites + 1)  # of robots of at most so many voxels
+    best = np.zeros(sites + 1)  # of robots with at most so many voxels
     rows = []
     for place, value, number in zip(at.tolist(), fitness.tolist(), voxels.tolist(), strict=True):
         if value > best[number]:
@@ -89,7 +89,7 @@ def hypervolume(at: NDArray[Any], fitness: Array, voxels: NDArray[Any], sites: i
 
 
 def n_voxels(designs: NDArray[Any], lattice: Lattice) -> NDArray[Any]:
-    """Return how many voxels designs have, as a log has these: numbers, or digits as text."""
+    """Return the number of voxels of designs, which a log has as numbers, or as digits in text."""
     if lattice.has_int64_numbers:
         return np.asarray((lattice.digits(designs.astype(np.int64)) != ABSENT).sum(axis=1))
     return lattice.sites - np.char.count(designs.astype(str), str(ABSENT))
@@ -98,16 +98,16 @@ def n_voxels(designs: NDArray[Any], lattice: Lattice) -> NDArray[Any]:
 def finished(results: Results) -> pd.DataFrame:
     """Return the finished runs, sorted by problem, policy, searcher and seed.
 
-    Levels are in order; of all else what appears first comes first. Columns as in `Results.runs`,
-    and:
+    Levels are in ascending order; all else is in order of first appearance. Columns as in
+    `Results.runs`, and:
 
     ========= =========================================================================
     limit     unique evaluations that the budget allows, or were used if it states none
     landscape exact fitness of all designs by terms; None where it is not known
     goal      the optimum, or the best that any run of the problem found; voxel widths
-    raw       the run's Curve. Where the landscape is known by its noise-free fitness:
-              under noise an improvement says that the searcher came past a better
-              design, not that it knew. Elsewhere by the values that it was told.
+    raw       the run's Curve. If the landscape is known, it uses the noise-free fitness:
+              under noise, an improvement means that the searcher evaluated a better
+              design, not that it knew. Otherwise it uses the values the searcher got.
     class     the same in class terms; None where the landscape is not known
     front     the Curve of the `hypervolume`; None where the landscape is known
     ========= =========================================================================
@@ -155,8 +155,8 @@ def finished(results: Results) -> pd.DataFrame:
 def best(curves: Iterable[Curve], positions: NDArray[np.int64]) -> Array:
     """Return the best value of n runs after so many unique evaluations, shape (n, m), voxel widths.
 
-    A run that has ended keeps its value; one that has not begun has none, which counts as 0, what
-    standing still is worth.
+    A run that has ended keeps its value. One that has not begun has none, which counts as 0, the
+    fitness of standing still.
     """
     rows = [
         np.concatenate([[0.0], curve.fitness])[np.searchsorted(curve.at, positions, side="right")]
@@ -175,20 +175,20 @@ def first_at(curves: Iterable[Curve], targets: Iterable[float]) -> Array:
 
 
 def positions(length: int) -> NDArray[np.int64]:
-    """Return about 60 numbers of evaluations, 1 ... length, evenly spread on a log axis."""
+    """Return about 60 numbers of evaluations, 1 ... length, evenly spaced on a log axis."""
     return np.unique(np.rint(np.geomspace(1, max(length, 1), POSITIONS))).astype(np.int64)
 
 
 def budgets(length: int) -> NDArray[np.int64]:
-    """Return the fixed budgets within a length, and the length itself."""
+    """Return the fixed budgets up to a length, and the length itself."""
     return np.array(sorted({budget for budget in FIXED_BUDGETS if budget <= length} | {length}))
 
 
 def targets(goal: float) -> Array:
     """Return 51 regrets, log-spaced from the whole goal down to 0.01 voxel widths.
 
-    The easiest is met by a robot that stands still, the hardest under the published physics by the
-    optimum alone. The hardest is a hundredth of the goal where that is less.
+    A robot that stands still meets the easiest; under the published physics only the optimum meets
+    the hardest. If a hundredth of the goal is less than 0.01, that is the hardest.
     """
     if goal <= 0:
         return np.zeros(TARGETS)
@@ -198,15 +198,15 @@ def targets(goal: float) -> Array:
 def ecdf(regret: Array, goals: Iterable[float]) -> Array:
     """Return the share of all pairs of a run and a target that are reached so far, shape (m,).
 
-    Of the regret of n runs after m numbers of evaluations, shape (n, m), and the goal of each: the
-    empirical cumulative distribution of the runtimes over runs and targets, in which a target never
-    reached has an infinite runtime.
+    This is the empirical cumulative distribution of runtimes over runs and targets, in which a
+    target that is never reached has an infinite runtime. The regret is that of n runs after m
+    numbers of evaluations, shape (n, m); each run has its goal.
 
     Notes
     -----
     Source: N. Hansen et al., COCO: a platform for comparing continuous optimizers in a black-box
-    setting, Optimization Methods and Software 36(1), 2021. There runtimes of restarts are drawn
-    from the runs where a target was missed; here nothing is added to a run that has ended.
+    setting, Optimization Methods and Software 36(1), 2021. COCO simulates restarts where a run
+    missed a target; here nothing is added to a run that has ended.
     """
     reached = [
         TARGETS - np.searchsorted(targets(goal)[::-1], row, side="left")

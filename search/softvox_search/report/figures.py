@@ -1,4 +1,4 @@
-"""The figures of a report: who is best, regret over time, targets, fixed budgets, noise."""
+"""The figures of a report: ranking, regret over time, targets, fixed budgets, noise."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: The searcher that every panel shows for comparison, where the experiment has it.
+#: The searcher that every panel shows for comparison, if the experiment has it.
 BASELINE = "random"
 
 _OWN, _BASE = "#00436B", "#C75B00"
 
-#: Between two sampled places a curve keeps its value: a best value jumps, it does not glide.
+#: A curve keeps its value between two sampled positions, as a best value changes in jumps.
 _STEPS = "steps-post"
 
 _AXIS = {"regret": "regret", "best": "best fitness", "hypervolume": "hypervolume"}
 
-#: What is ranked, and its band, by the columns of the tables.
+#: The columns that are ranked, which become "value" with its band.
 _RANKED = dict.fromkeys(("iqm", "ert", "true_regret"), "value")
 _RANKED |= {f"true_regret_{end}": end for end in ("low", "high")}
 
-#: Of both measures under noise, the title of a figure and of its axis.
+#: For both measures under noise: title of the figure, and label of its axis.
 _NOISE = {
     "true_regret": ("True regret by level of noise (IQM)", "true regret, voxel widths"),
     "optimism": (
@@ -42,9 +42,9 @@ _NOISE = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
-    """Draw the figures of a report from its `tables.make`; to be called within `style.style`.
+    """Draw the figures of a report from its `tables.make`; call it within `style.style`.
 
-    Returns them by file name without its ending, in the order in which the report shows them.
+    Returns them by file name without suffix, in the order in which the report shows them.
     """
     made: dict[str, Figure] = {}
     if "problems" not in tables:
@@ -93,7 +93,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
 
 
 def where(problems: pd.DataFrame, problem: Mapping[str, Any]) -> list[str]:
-    """Return in words which of several problems one is."""
+    """Describe in words which of several problems this is."""
     physics, shape, level = (problem[name] for name in PROBLEM)
     parts = []
     if problems["physics"].nunique() > 1:
@@ -108,19 +108,19 @@ def _measure(table: pd.DataFrame) -> str:
 
 
 def _top(table: pd.DataFrame) -> float:
-    """Return the upper end of an axis for all values of a table and their bands."""
+    """Return the upper end of an axis that has room for all values of a table and their bands."""
     return 1.03 * max(float(np.nanmax(table[["iqm", "high"]].to_numpy())), 0.2)
 
 
 def ranking(
     budgets: pd.DataFrame, target: pd.DataFrame, noisy: pd.DataFrame | None, *, at: str
 ) -> Figure:
-    """Draw the searchers of a problem, the best first, by what they have found in the end.
+    """Draw the searchers of a problem, best first, ranked by what they found in the end.
 
-    That is `tables.fixed_budget` at the end of each budget, in raw terms; of equal ones the fewer
-    evaluations of `tables.fixed_target` per best design the better, in a second panel. Under noise,
-    where truth is known, it is the true regret of what is recommended, under the policy that is
-    best for the searcher.
+    They are ranked by `tables.fixed_budget` at the end of each budget, in raw terms. A second panel
+    breaks ties by the evaluations of `tables.fixed_target` per best design; fewer are better. Under
+    noise, if the truth is known, they are ranked by the true regret of what they recommend, each
+    under the policy that is best for it.
     """
     last = budgets.dropna(subset="iqm").groupby(["terms", "searcher"], sort=False).tail(1)
     cost, measure, by = target[target["target"] == 1], _measure(budgets), "terms"
@@ -154,7 +154,7 @@ def ranking(
 
 
 def _ranked(tables: Iterable[pd.DataFrame], *, is_best_largest: bool) -> list[str]:
-    """Return the searchers by their least values of the first table, equal ones by the next."""
+    """Return the searchers by their lowest values of the first table, ties by the next."""
     worth = [table.groupby("searcher")["value"].min() for table in tables]
     if is_best_largest:
         worth[0] = -worth[0]
@@ -163,7 +163,7 @@ def _ranked(tables: Iterable[pd.DataFrame], *, is_best_largest: bool) -> list[st
 
 
 def _rows(axis: Axes, table: pd.DataFrame, names: list[str], series: list[str]) -> None:
-    """Draw value, low and high of a table, a row per name; what is infinite goes to the edge."""
+    """Draw value, low and high of a table, a row per name; infinite values go to the edge."""
     finite = table[["value", "low", "high"]].replace(np.inf, np.nan)
     edge = 1.1 * float(np.nanmax(finite.to_numpy(), initial=0.2))
     for i, kind in enumerate(series):
@@ -179,9 +179,9 @@ def _rows(axis: Axes, table: pd.DataFrame, names: list[str], series: list[str]) 
 
 
 def over_time(table: pd.DataFrame, column: str, *, title: str, ends: Mapping[str, float]) -> Figure:
-    """Draw a column of `tables.anytime` in one kind of terms, "iqm" with its band or "ecdf".
+    """Draw a column of `tables.anytime` in one kind of terms: "iqm" with its band, or "ecdf".
 
-    A panel per searcher, all others in grey; ends says where the median of a searcher's runs ends.
+    There is a panel per searcher, with all others in grey; ends is where its median run ends.
     """
     is_banded = column == "iqm"
     names = list(dict.fromkeys(table["searcher"]))
@@ -263,7 +263,7 @@ def fixed_budget(table: pd.DataFrame, *, title: str) -> Figure:
 
 
 def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: str) -> Figure:
-    """Draw one of `MEASURES` of the tables by level and policy, for all searchers and each."""
+    """Draw one of `MEASURES` by level and policy, over all searchers and for each."""
     names = list(dict.fromkeys(by_searcher["searcher"]))
     levels = sorted(set(by_searcher["level"]))
     apart = float(np.min(np.diff(levels), initial=1))
@@ -275,7 +275,7 @@ def noise(by_searcher: pd.DataFrame, by_policy: pd.DataFrame, measure: str, at: 
     for axis, (name, here, weight) in zip(axes, panels, strict=True):
         for i, policy in enumerate(policies):
             chosen = here[here["policy"] == policy]
-            # Apart from one another by less than the levels are.
+            # Policies of a level are closer together than levels are.
             shift = (i - (len(policies) - 1) / 2) * 0.4 * apart / len(policies)
             places = chosen["level"].to_numpy() + shift
             low, high = chosen[f"{measure}_low"], chosen[f"{measure}_high"]

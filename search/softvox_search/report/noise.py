@@ -1,4 +1,4 @@
-"""What the searchers recommend under noise: what it is worth, and what they believe it is."""
+"""What the searchers recommend under noise: its true value, and the value they believe it has."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from softvox_search.report.curves import AXES, PROBLEM, groups
 from softvox_search.report.statistics import band, compare, holm, iqm, mean
 from softvox_search.report.truth import truth_at
 
-#: The policy that others are held against, where the experiment has it; else its first.
+#: The policy that others are compared with; if the experiment lacks it, its first.
 NAIVE = "naive"
 
 MEASURES = ("true_regret", "optimism")
 
 
 def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame:
-    """Return the recommendation of every run held against the truth of its problem.
+    """Return the recommendation of every run compared with the truth of its problem.
 
-    One row per run: physics, shape, level, policy, searcher, run, recommended; believed, what the
-    searcher believes the design to be worth; true_value, its mean fitness at that level;
-    true_regret, how far that is below the largest true value of all designs; optimism, believed
-    less true_value. All in voxel widths; empty where the truth was not measured.
+    One row per run: physics, shape, level, policy, searcher, run, recommended; believed, the
+    searcher's own estimate of the design's fitness; true_value, its mean fitness at that level;
+    true_regret, the largest true value of all designs minus this one's; optimism, believed minus
+    true_value. All in voxel widths; empty where the truth was not measured.
 
     The runs are those of `curves.finished`.
     """
@@ -45,7 +45,7 @@ def recommendations(runs: pd.DataFrame, problems: Iterable[Any]) -> pd.DataFrame
 
 
 def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> tuple[Any, str]:
-    """Return what designs are worth in a problem, a row of a table; see `truth.truth_at`."""
+    """Return the true values of designs in a problem, a row of a table; see `truth.truth_at`."""
     known = next(one for one in problems if one.physics == problem["physics"])
     for wrapper in known.wrappers if problem["level"] > 0 else ():
         amounts = {name: value for name, value in wrapper.items() if name in AMOUNTS}
@@ -55,7 +55,7 @@ def truth_of(problem: Mapping[str, Any], problems: Iterable[Any]) -> tuple[Any, 
 
 
 def reference_policy(policies: Iterable[str]) -> str:
-    """Return the policy that others are held against: the naive one, or the first."""
+    """Return the policy that others are compared with: the naive one, or the first."""
     known = list(policies)
     return NAIVE if NAIVE in known else known[0]
 
@@ -63,10 +63,10 @@ def reference_policy(policies: Iterable[str]) -> str:
 def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
     """Return true regret and optimism for every problem, policy and searcher, voxel widths.
 
-    One row each: runs; known, those whose recommended design has a true value (the others are left
-    out of what follows); the interquartile mean over runs of the true regret and the mean of the
-    optimism, a bias, each with its bootstrap band; and the mean true regret, to which the few bad
-    runs contribute.
+    One row each: runs; known, how many recommended a design with a true value (the others are left
+    out of all that follows); the interquartile mean over runs of the true regret and the mean of
+    the optimism, a bias, each with its bootstrap band; and the mean true regret, which shows the
+    few bad runs.
     """
     return pd.DataFrame(
         {**dict(zip(AXES, key, strict=True)), **_summary(group)}
@@ -77,10 +77,10 @@ def by_searcher(frame: pd.DataFrame) -> pd.DataFrame:
 def by_policy(frame: pd.DataFrame) -> pd.DataFrame:
     """Return true regret and optimism for every problem and policy, over all searchers.
 
-    As `by_searcher`, with the searchers as strata of the bootstrap; and each policy compared with
-    the naive one on its problem: p (Mann and Whitney, two-sided), p_holm, adjusted for all policies
-    of that problem, and a12, the chance that a run under this policy has the larger true regret (or
-    optimism) than one under the naive policy: below 0.5 the policy helps.
+    Columns as in `by_searcher`; searchers are the strata of the bootstrap. Each policy is also
+    compared with the naive one on its problem: p (Mann and Whitney, two-sided); p_holm, adjusted
+    for all policies of that problem; and a12, the probability that a run under this policy has the
+    larger true regret (or optimism) than one under the naive policy: below 0.5 the policy helps.
     """
     naive = reference_policy(frame["policy"])
     parts = []

@@ -22,7 +22,7 @@ Tables = Mapping[str, pd.DataFrame]
 #: The budget at which the page shows all pairs; the tables have the others.
 PAIRS_AT = 500
 
-#: A longer table is named on the page, not shown.
+#: A longer table is linked on the page, not shown.
 MOST_LINES = 40
 
 TERMS = f"""\
@@ -78,7 +78,7 @@ site); higher is better.
 
 
 def page(results: Results, made: Tables, pictures: list[str]) -> str:
-    """Return the page, in Markdown, of the tables by name and the pictures by file name."""
+    """Return the page, in Markdown, from the tables by name and the pictures by file name."""
     blocks = _head(results)
     compared = records(made["problems"]) if "problems" in made else []
     ranked = _pictures([f"ranking{problem['name']}.png" for problem in compared], pictures)
@@ -99,7 +99,7 @@ def page(results: Results, made: Tables, pictures: list[str]) -> str:
 
 
 def _shown(name: str, table: str) -> str:
-    """Return a table for the page, or where it is to be found if it is long."""
+    """Return a table for the page, or a link to it if it is long."""
     if table.count("\n") <= MOST_LINES:
         return table
     return f"A long table: [tables/{name}.csv](tables/{name}.csv)."
@@ -122,7 +122,7 @@ def _head(results: Results) -> list[str]:
 
 
 def _comparison(made: Tables, problem: dict[str, Any], pictures: list[str]) -> list[str]:
-    """Return the searchers compared on one problem, or on all physics together."""
+    """Compare the searchers on one problem, or on all physics together."""
     budget, target = (on(problem, made[table]) for table in ("fixed_budget", "fixed_target"))
     name, kinds = problem["name"], list(dict.fromkeys(target["terms"]))
     anytime, ecdf = (

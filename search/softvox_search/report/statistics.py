@@ -17,14 +17,14 @@ Statistic = Callable[[Array], Array]
 RESAMPLES = 2000
 TAILS = ((1 - 0.95) / 2, 1 - (1 - 0.95) / 2)  # of a band of 95 %
 
-#: Of every band, whichever others a report has; so it is the same every time.
+#: A fixed seed for every band, so that a band does not depend on which others a report has.
 SEED = 2021
 
 
 def iqm(values: ArrayLike) -> Array:
-    """Return the interquartile mean over the last axis: of the middle half of the runs.
+    """Return the interquartile mean over the last axis: the mean of the middle half of the runs.
 
-    Of n runs the floor(n / 4) lowest and as many of the highest are left out.
+    The floor(n / 4) lowest and as many of the highest of n runs are left out.
 
     Notes
     -----
@@ -43,10 +43,10 @@ def mean(values: ArrayLike) -> Array:
 
 
 def resampled(strata: ArrayLike) -> NDArray[np.intp] | None:
-    """Draw runs with replacement, each stratum as often as it has runs, from a fixed seed.
+    """Draw runs with replacement, as many from each stratum as it has, with a fixed seed.
 
-    Of the strata of n runs, shape (n,); returns positions of the drawn runs, shape (RESAMPLES, n),
-    or None where no stratum has two.
+    The strata of n runs have shape (n,). Returns the positions of the drawn runs, shape
+    (RESAMPLES, n), or None if no stratum has two runs.
     """
     labels, rng = np.asarray(strata), np.random.default_rng(SEED)
     names = np.unique(labels)
@@ -64,23 +64,23 @@ def band(
 ) -> tuple[Array, Array]:
     """Return the percentile band of a statistic by the stratified bootstrap over runs.
 
-    Whole runs are drawn, so all columns of a resample share its runs. A stratum is what the design
-    of an experiment holds fixed and is not sampled: where runs of several searchers are pooled,
-    each searcher's are drawn among themselves. One stratum makes it the ordinary bootstrap.
+    Whole runs are drawn, so all columns of a resample have the same runs. A stratum is what the
+    design of the experiment fixes and does not sample: where runs of several searchers are pooled,
+    each searcher's runs are resampled separately. One stratum makes it the ordinary bootstrap.
 
     Parameters
     ----------
     values : ndarray, shape (n,) or (n, m)
-        Of n runs, at m places.
+        Values of n runs, at m places.
     statistic : callable
         Reduces the last axis.
     strata : array_like, shape (n,), optional
-        All the same where None.
+        By default all runs are one stratum.
 
     Returns
     -------
     low, high : ndarray, shape () or (m,)
-        NaN where no stratum has two runs: nothing is known of the spread then.
+        NaN if no stratum has two runs, as their spread is unknown.
 
     Notes
     -----
@@ -99,9 +99,9 @@ def band(
 def expected_running_time(used: ArrayLike, succeeded: ArrayLike) -> Array:
     """Return the evaluations of all runs together per run that reached the target.
 
-    It estimates how many evaluations it takes to reach a target when runs that end without it are
-    followed by new ones; infinite where none reached it. Of the evaluations of n runs until they
-    reached the target, or all that they used, and whether they did, both of shape (..., n).
+    It estimates how many evaluations a target takes if a run that ends without reaching it is
+    followed by another; infinite if no run reached it. Both arguments have shape (..., n): for n
+    runs, the evaluations until they reached the target, or all they used; and whether they did.
 
     Notes
     -----
@@ -122,7 +122,7 @@ def running_time_band(
     if drawn is None:
         return np.nan, np.nan
     made = expected_running_time(np.asarray(used)[drawn], np.asarray(succeeded)[drawn])
-    # No interpolation: between a number and infinity there is nothing.
+    # No interpolation, as there is nothing between a number and infinity.
     low, high = np.quantile(made, TAILS, method="inverted_cdf")
     return float(low), float(high)
 
@@ -138,9 +138,9 @@ class Comparison(NamedTuple):
 def compare(first: ArrayLike, second: ArrayLike) -> Comparison:
     """Compare two independent samples by rank.
 
-    U is the number of pairs in which the first is larger, ties counted half; A12 so the chance of
-    that: 0.5 is no difference, 1 the first always larger. Exact for small samples without ties,
-    else by the normal approximation with ties corrected.
+    U is the number of pairs in which the first is larger, ties counted half. A12 is the probability
+    of that: 0.5 is no difference, 1 means that the first is always larger. p is exact for small
+    samples without ties; otherwise it is the normal approximation, corrected for ties.
 
     Notes
     -----
@@ -159,8 +159,8 @@ def compare(first: ArrayLike, second: ArrayLike) -> Comparison:
 def holm(p: ArrayLike) -> Array:
     """Return p-values adjusted for a whole family of hypotheses by Holm's step-down.
 
-    With m hypotheses the i-th smallest p is multiplied by m - i + 1; no adjusted value is below one
-    of a smaller p, nor above 1.
+    With m hypotheses the i-th smallest p is multiplied by m - i + 1. No adjusted value is below
+    that of a smaller p, nor above 1.
 
     Notes
     -----

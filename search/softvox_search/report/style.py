@@ -1,6 +1,6 @@
-"""The one style of all figures, and the only door to matplotlib: the same bytes everywhere.
+"""The style of all figures, and the only module that imports matplotlib: the same bytes everywhere.
 
-Nothing of the caller's matplotlib is touched, and none of its interactive backends is ever needed.
+It leaves the caller's matplotlib settings alone, and needs no interactive backend.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Literal
 def _import_matplotlib() -> None:
     """Import matplotlib, even where MPLBACKEND names a backend that is not installed.
 
-    Every Jupyter kernel sets the variable, and passes it on to what it starts. Matplotlib refuses
-    to be imported then unless the kernel's own package is installed beside it.
+    Every Jupyter kernel sets the variable, and its child processes inherit it. Matplotlib then
+    can't be imported unless the kernel's own package is installed beside it.
     """
     wanted = None if "matplotlib" in sys.modules else os.environ.pop("MPLBACKEND", None)
     try:
@@ -47,40 +47,39 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Look:
-    """How large figures and what is in them are."""
+    """The sizes of figures and of what is in them."""
 
     dpi: int = 120
-    #: Points of numbers and labels; titles, lines and markers keep their proportion to it.
+    #: Points, of numbers and labels; titles, lines and markers scale with it.
     font: float = 9.0
-    #: Inches; a figure that would be wider shrinks to this, and its text does not.
+    #: Inches; a figure that would be wider shrinks to this, but its text does not.
     widest: float = 13.0
-    #: Inches of a panel of a grid, with its share of what is around it.
+    #: Inches of a panel of a grid, with its share of the space around it.
     panel: tuple[float, float] = (2.6, 2.1)
-    #: Of a grid of five panels or more, the best first; the fewest places are left empty.
+    #: Columns of a grid of five panels or more, by preference; the fewest empty places win.
     columns: tuple[int, ...] = (4, 5, 3)
 
 
-#: For the page of a report, on a screen; and for print, as wide as the text of a paper.
+#: For a report on a screen; and for print, as wide as the text of a paper.
 SCREEN = Look()
 PRINT = Look(dpi=300, font=7.0, widest=7.16, panel=(7.16 / 3, 1.25), columns=(4, 3))
 
 _look: ContextVar[Look] = ContextVar("look", default=SCREEN)
 
-#: Okabe and Ito's colours, which the colour-blind can tell apart, in an order that alternates
-#: dark and light.
+#: Okabe and Ito's colour-blind safe colours, in an order that alternates dark and light.
 COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#F0E442")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINES = ("-", "--", ":", "-.")
 
 INK, GREY = "#222222", "#C4C4C4"
 
-#: Formats that a figure can be written in, without a date and a version of what wrote it.
+#: Formats that a figure can be written in, without date and version of the writer.
 FORMATS: dict[str, dict[str, None]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
-#: And of a picture within a page of HTML.
+#: And of a picture within an HTML page.
 _METADATA = {**FORMATS, "svg": dict.fromkeys(("Creator", "Date", "Format", "Type"))}
 
 _STYLE: dict[Any, Any] = {
@@ -91,12 +90,12 @@ _STYLE: dict[Any, Any] = {
     "grid.color": "#E6E6E6",
     "axes.axisbelow": True,
     "legend.frameon": False,
-    "text.parse_math": False,  # a label is text, whatever dollars are in it
+    "text.parse_math": False,  # a label is text, even with dollar signs in it
     "svg.hashsalt": "softvox",  # the same ids on every run
     "pdf.fonttype": 42,  # text stays text: it can be searched, copied and edited
 }
 
-#: Points at a font of 9.
+#: Points, at a font of 9.
 _SIZES = {
     "font.size": 9,
     "figure.labelsize": 9,
@@ -109,9 +108,9 @@ _SIZES = {
 
 @contextmanager
 def style(look: Look = SCREEN, changes: dict[Any, Any] | None = None) -> Iterator[None]:
-    """Draw in the project's style, whatever the user's settings are; they are put back.
+    """Draw in the project's style, whatever the user's settings; these are restored.
 
-    The changes are what differs from the style, by the names of matplotlib's parameters.
+    The changes are differences from the style, by the names of matplotlib's parameters.
     """
     with matplotlib.rc_context():
         before = _look.set(look)
@@ -125,7 +124,7 @@ def style(look: Look = SCREEN, changes: dict[Any, Any] | None = None) -> Iterato
 
 
 def scaled(size: float) -> float:
-    """Return a size, points or inches, that is meant for text of 9 points, for the look's."""
+    """Scale a size meant for text of 9 points (points or inches) to the look's font."""
     return size * (_look.get().font / SCREEN.font)
 
 
@@ -142,7 +141,7 @@ def figure(
 
 
 def grid(panels: int, *, height: float = 1.0, is_shared: bool = True) -> tuple[Figure, list[Axes]]:
-    """Return a figure of so many panels, and these in reading order.
+    """Return a figure with so many panels, and the panels in reading order.
 
     Their height is relative to the look's; their axes are shared, or each has its own.
     """
@@ -156,13 +155,13 @@ def grid(panels: int, *, height: float = 1.0, is_shared: bool = True) -> tuple[F
     for empty in flat[panels:]:
         empty.remove()
     for i, axis in enumerate(flat[:panels]):
-        # A panel with nothing below it carries the ticks that the last row would have carried.
+        # A panel with nothing below it shows the ticks that the last row would have shown.
         axis.tick_params(labelbottom=not is_shared or i + columns >= panels)
     return made, flat[:panels]
 
 
 def line(label: str = "", **options: Any) -> Line2D:
-    """Return an entry of a legend: a line and what is written beside it."""
+    """Return an entry of a legend: a line and its label."""
     return Line2D([], [], label=label, **options)
 
 
@@ -185,9 +184,9 @@ def legend(made: Figure, title: str, handles: list[Line2D]) -> None:
 
 
 def lay_out(made: Figure) -> None:
-    """Put the parts of a figure where they belong, once and for good.
+    """Lay out the parts of a figure once and for all.
 
-    Matplotlib does so for every file anew otherwise, in the file's own units.
+    Otherwise matplotlib does so for every file anew, in the file's own units.
     """
     if (engine := made.get_layout_engine()) is not None:
         engine.execute(made)

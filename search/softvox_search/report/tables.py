@@ -1,4 +1,4 @@
-"""The tables of a comparison, each a data frame as it is written to a CSV file."""
+"""The tables of a comparison, each a data frame as written to a CSV file."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ FIXED_TARGETS = (0.95, 0.99, 1.0)
 def make(results: Results) -> dict[str, pd.DataFrame]:
     """Return the tables of a report by name.
 
-    Of functions here: runs (`overview`), problems; and anytime, fixed_budget, fixed_target, pairs
-    and, where the optimum is not known, hypervolume, one problem after the other, under the policy
-    that the experiment names first; where there are several physics also over all of them, in rows
-    whose physics is "". Of `noise`, where there are levels: recommendations, noise_searchers,
-    noise_policies.
+    The tables of this module are runs (`overview`) and problems; and anytime, fixed_budget,
+    fixed_target, pairs and, if the optimum is not known, hypervolume. These list one problem after
+    the other, under the policy that the experiment names first; with several physics they also have
+    rows over all of them, whose physics is "". If there are levels, `noise` adds recommendations,
+    noise_searchers and noise_policies.
     """
     made = {"runs": overview(results.runs)}
     runs = finished(results)
@@ -75,7 +75,7 @@ def make(results: Results) -> dict[str, pd.DataFrame]:
 
 
 def overview(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return how many runs of each kind there are, and the medians of what finished ones used."""
+    """Return the number of runs of each kind, and the medians of what finished ones used."""
     ok = runs["status"] == "ok"
     used = {name: runs[name].where(ok) for name in ("unique", "evaluations", "steps")}
     grouped: Any = (
@@ -83,7 +83,7 @@ def overview(runs: pd.DataFrame) -> pd.DataFrame:
     )
     how = {"runs": "sum", "failed": "sum"} | dict.fromkeys(used, "median")
     table = pd.DataFrame(grouped.agg(how).reset_index())
-    # Counts are whole, and exact in a file. Where a row has no finished runs they stay as they are.
+    # Counts are integers, and exact in a file; a column with a missing value stays as it is.
     whole = [name for name in used if table[name].notna().all()]
     return table.assign(**{name: table[name].round().astype(np.int64) for name in whole})
 
@@ -91,9 +91,9 @@ def overview(runs: pd.DataFrame) -> pd.DataFrame:
 def sections(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the runs by which searchers are compared: those under the first policy.
 
-    They are followed by the same again, pooled over all physics of a lattice and level, with "" for
-    their physics; without the searchers that lack finished runs on any of them, which would be
-    compared on other problems. The column instance has the physics of every run.
+    They are followed by the same runs pooled over all physics of a lattice and level, with "" as
+    their physics. Searchers that lack finished runs on any of the physics are left out of these, as
+    they would be compared on other problems. The column instance has the physics of every run.
     """
     parts = [
         group[group["policy"] == group["policy"].iat[0]] for _, group in groups(runs, *PROBLEM)
@@ -109,13 +109,13 @@ def sections(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
-    """Return what the searchers are compared on.
+    """Return the problems on which searchers are compared.
 
     One row each: physics, shape, level; policy, under which they are compared; goal, the largest
-    fitness, and known, whether it is the optimum or merely the best that any run found; finest, by
-    how many designs the hardest of `curves.targets` is met, and hard, how many of those are met by
-    no more than four in either terms; truth, what is best under that noise; name, what the files
-    about it end with.
+    fitness; known, whether that is the optimum or merely the best that any run found; finest, how
+    many designs meet the hardest of `curves.targets`; hard, how many of the targets are met by at
+    most four designs in either terms; truth, the best design under that noise; name, the end of the
+    names of the problem's files.
     """
     several = [name for name in ("physics", "shape") if len(set(compared[name]) - {""}) > 1]
     files = {name: _file_names(compared[name]) for name in several}
@@ -141,7 +141,7 @@ def problems(compared: pd.DataFrame, given: Iterable[Any]) -> pd.DataFrame:
 
 
 def _file_names(labels: pd.Series[str]) -> dict[str, str]:
-    """Return for every label what can be part of a file's name, different for each."""
+    """Return for every label a part of a file name, different for each."""
     names = {"": "all"}
     for i, label in enumerate(dict.fromkeys(labels[labels != ""])):
         name = re.sub(r"[^a-z0-9.-]+", "_", label.lower())[:40]
@@ -155,7 +155,7 @@ def _file_names(labels: pd.Series[str]) -> dict[str, str]:
 def _by_searcher(
     section: pd.DataFrame,
 ) -> list[tuple[dict[str, Any], pd.Series[Any], pd.DataFrame]]:
-    """Return terms and searcher as columns, curves and runs, for all that a section has."""
+    """Yield terms and searcher as columns, curves and runs, for all that a section has."""
     return [
         ({"terms": terms, "searcher": searcher}, runs[terms], runs)
         for terms in TERMS
@@ -165,9 +165,9 @@ def _by_searcher(
 
 
 def _judged(runs: pd.DataFrame, values: Array) -> tuple[Array, dict[str, Any]]:
-    """Return what runs are judged by, and as columns its name, centre and band.
+    """Return the measure of runs, and as columns its name, centre and band.
 
-    The regret where it is known, else the best value.
+    It is the regret if that is known, else the best value.
     """
     measure = "best"
     if runs["landscape"].iat[0] is not None:
@@ -179,11 +179,11 @@ def _judged(runs: pd.DataFrame, values: Array) -> tuple[Array, dict[str, Any]]:
 def anytime(section: pd.DataFrame) -> pd.DataFrame:
     """Return the regret of every searcher after so many unique evaluations.
 
-    One row per terms, searcher and position: ecdf, the share of targets reached; measure, "regret"
-    or where the optimum is not known "best", the best value so far; and its iqm over the runs with
-    low and high, its bootstrap band (voxel widths), which several physics have no common one of.
+    One row per terms, searcher and position: ecdf, the share of targets reached; measure, "regret",
+    or "best", the best value so far, if the optimum is not known; and its iqm over the runs with
+    low and high, its bootstrap band (voxel widths). Several physics have no common iqm.
 
-    The section has the rows of `sections` about one problem, or about several pooled.
+    The section has the rows of `sections` for one problem, or for several pooled.
     """
     at = positions(int(section["unique"].max()))
     parts = []
@@ -201,8 +201,8 @@ def fixed_budget(section: pd.DataFrame) -> pd.DataFrame:
     One row per terms, searcher and budget: measure, as in `anytime`; runs; reached, the share of
     them that used so many (the others keep their last value); iqm with low and high, its bootstrap
     band, and mean of the measure (voxel widths); success, the share of runs that reached the goal.
-    Empty where the budget of the searcher's own runs is smaller. Nothing where the runs are of
-    several physics.
+    Empty where the searcher's own budget is smaller. There are no rows if the runs are of several
+    physics.
     """
     if section["instance"].nunique() > 1:
         return pd.DataFrame()
@@ -225,12 +225,12 @@ def fixed_budget(section: pd.DataFrame) -> pd.DataFrame:
 
 
 def fixed_target(section: pd.DataFrame) -> pd.DataFrame:
-    """Return what it costs every searcher to reach each share of the goal.
+    """Return how many evaluations every searcher needs to reach each share of the goal.
 
-    One row per terms, searcher and target: the fitness asked for (voxel widths), and how many
-    designs have it; runs, and successes, those that reached it; success, their share; ert, the
-    expected running time in unique evaluations with its bootstrap band, infinite where no run (or
-    no resampled run) reached it; median, of the evaluations that the successful runs took.
+    One row per terms, searcher and target: the target fitness (voxel widths), and how many designs
+    have it; runs; successes, those that reached it; success, their share; ert, the expected running
+    time in unique evaluations with its bootstrap band, infinite where no run (or no resampled run)
+    reached it; median, the median evaluations of the successful runs.
     Runs of several physics are pooled, each physics a stratum of the bootstrap.
     """
     rows = []
@@ -262,12 +262,12 @@ def fixed_target(section: pd.DataFrame) -> pd.DataFrame:
 
 
 def pairs(section: pd.DataFrame) -> pd.DataFrame:
-    """Return every two searchers compared at each fixed budget, by their runs' best values.
+    """Compare every two searchers at each fixed budget, by their runs' best values.
 
     One row per terms, budget and pair: n_a, n_b, Mann and Whitney's u and p (two-sided), p_holm,
-    adjusted for all pairs of the same terms and budget, and a12, the chance that a run of a has
-    found a fitter design than a run of b, ties counted half. A searcher whose own budget is
-    smaller is left out there. Nothing where the runs are of several physics.
+    adjusted for all pairs of the same terms and budget, and a12, the probability that a run of a
+    found a fitter design than a run of b, ties counted half. A searcher is left out at budgets
+    above its own. There are no rows if the runs are of several physics.
     """
     if section["instance"].nunique() > 1:
         return pd.DataFrame()
@@ -293,10 +293,10 @@ def pairs(section: pd.DataFrame) -> pd.DataFrame:
 def hypervolume(section: pd.DataFrame) -> pd.DataFrame:
     """Return the hypervolume of every searcher's designs after so many unique evaluations.
 
-    One row per searcher and position of `anytime` or `fixed_budget`: measure; iqm over the runs
-    with low and high, its bootstrap band, of `curves.hypervolume` (voxel widths); reached, the
-    share of runs that used so many evaluations. Nothing where the optimum is known, or the runs are
-    of several physics.
+    One row per searcher and position of `anytime` or `fixed_budget`: measure; iqm of
+    `curves.hypervolume` over the runs (voxel widths) with low and high, its bootstrap band;
+    reached, the share of runs that used so many evaluations. There are no rows if the optimum is
+    known, or the runs are of several physics.
     """
     if section["instance"].nunique() > 1 or section["front"].isna().any():
         return pd.DataFrame()

@@ -1,4 +1,4 @@
-"""Tables as CSV, and as people read them in Markdown."""
+"""Tables as CSV, and as Markdown for people."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pandas as pd
 from softvox_search.experiment.results import TEXT_COLUMNS, read_csv
 from softvox_search.report.curves import groups, records
 
-#: Columns of text in the CSV files, but for those of runs.csv.
+#: Text columns of the CSV files, except runs.csv.
 TEXT = ("terms", "measure", "a", "b", "name", "truth", "against")
 
 PLACES = 3  # of a regret: a thousandth of a voxel width
@@ -25,22 +25,22 @@ HELD = "†"
 def csv(table: pd.DataFrame) -> bytes:
     """Return a table as CSV, numbers to six figures.
 
-    The sums behind a mean may differ in their last bits from machine to machine; six figures don't.
+    The last bits of a mean may differ between machines, as its terms are summed; six figures don't.
     """
     return table.to_csv(index=False, lineterminator="\n", float_format="%.6g").encode()
 
 
 def read(folder: Path, names: Iterable[str] | None = None) -> dict[str, pd.DataFrame]:
-    """Return the tables of a report by name, as they stand in its folder tables.
+    """Return the tables of a report by name, as stored in its folder tables.
 
-    Those of some names alone, "pairs.csv": an earlier report may have left others there.
+    Give names, such as "pairs.csv", to read only these: an earlier report may have left others.
     """
     paths = folder.glob("*.csv") if names is None else (folder / name for name in names)
     return {path.stem: read_csv(path, (*TEXT_COLUMNS, *TEXT)) for path in sorted(paths)}
 
 
 def escaped(label: object) -> str:
-    """Return a text so that Markdown and HTML show it as it is; only bare underscores are left."""
+    """Escape a text so that Markdown and HTML show it as it is; bare underscores stay."""
     marks = r"[&<>$]|[\\`*|~#\[\]!]|(?<![^\W_])_|_(?![^\W_])"
     return re.sub(
         marks,
@@ -50,13 +50,13 @@ def escaped(label: object) -> str:
 
 
 def fenced(command: str) -> str:
-    """Return a command as a block of code, whatever is in it."""
+    """Return a command as a block of code, whatever characters it has."""
     fence = "`" * max([3, *(len(ticks) + 1 for ticks in re.findall("`+", command))])
     return f"{fence}sh\n{command}\n{fence}"
 
 
 def markdown(rows: Iterable[dict[str, str]]) -> str:
-    """Return rows of a table by column as Markdown, columns aligned, numbers to the right."""
+    """Return rows, each a dict by column, as a Markdown table, numbers aligned to the right."""
     table = pd.DataFrame(rows)
     columns = [[name, *table[name]] for name in table]
     for i, column in enumerate(columns):
@@ -68,21 +68,21 @@ def markdown(rows: Iterable[dict[str, str]]) -> str:
 
 
 def number(value: float, places: int = 2) -> str:
-    """Return a number with so many places; nothing where it is NaN."""
+    """Return a number with so many decimal places; an empty text for NaN."""
     if math.isnan(value):
         return ""
     return "∞" if math.isinf(value) else f"{value:z.{places}f}"
 
 
 def with_band(value: float, low: float, high: float, places: int = 2) -> str:
-    """Return a number with its band, as 0.75 [0.60, 0.90]; alone where it has none to tell."""
+    """Return a number with its band, as 0.75 [0.60, 0.90]; only the number if it has no band."""
     if not math.isfinite(value) or math.isnan(low):
         return number(value, places)
     return f"{number(value, places)} [{number(low, places)}, {number(high, places)}]"
 
 
 def percent(share: float) -> str:
-    """Return a share as whole percent, with 100 % and 0 % kept for all and none."""
+    """Return a share as whole percent; only all and none are 100 % and 0 %."""
     if math.isnan(share):
         return ""
     rounded = f"{100 * share:.0f} %"
@@ -99,12 +99,12 @@ def probability(p: float) -> str:
 
 
 def budget(stated: Mapping[str, Any]) -> str:
-    """Return what a budget allows."""
+    """Describe what a budget allows."""
     return ", ".join(f"{name} {value}" for name, value in stated.items() if value)
 
 
 def overview(table: pd.DataFrame) -> str:
-    """Return what every searcher used, of `tables.overview`."""
+    """Return the table of what every searcher used, from `tables.overview`."""
     columns = {"runs": "runs", "failed": "failed", "unique": "unique evaluations (median)"}
     columns |= {name: f"{name} (median)" for name in ("evaluations", "steps")}
     return markdown(
@@ -114,7 +114,7 @@ def overview(table: pd.DataFrame) -> str:
 
 
 def problems(table: pd.DataFrame) -> str:
-    """Return what the best is worth on every problem, of `tables.problems`."""
+    """Return the table of the best of every problem, from `tables.problems`."""
     return markdown(
         {
             **_labels(row, table),
@@ -129,7 +129,7 @@ def problems(table: pd.DataFrame) -> str:
 
 
 def fixed_budget(table: pd.DataFrame) -> str:
-    """Return the regret at fixed budgets, of `tables.fixed_budget` in one kind of terms."""
+    """Return the regret at fixed budgets, from `tables.fixed_budget` in one kind of terms."""
     return markdown(
         {"searcher": escaped(name), **{f"{row['budget']}": _held(row) for row in records(own)}}
         for (name,), own in groups(table, "searcher")
@@ -142,7 +142,7 @@ def _held(row: dict[str, Any]) -> str:
 
 
 def fixed_target(table: pd.DataFrame) -> str:
-    """Return expected running times and success, of `tables.fixed_target`."""
+    """Return expected running times and success rates, from `tables.fixed_target`."""
     rows = []
     for (name,), own in groups(table, "searcher"):
         cells = {"searcher": escaped(name)}
@@ -155,9 +155,9 @@ def fixed_target(table: pd.DataFrame) -> str:
 
 
 def pairs(table: pd.DataFrame) -> str:
-    """Return A12 of every pair as a square, bold if significant.
+    """Return A12 of every pair as a square table, bold if significant.
 
-    The table is that of `tables.pairs`, at one budget and in one kind of terms.
+    The table is `tables.pairs`, at one budget and in one kind of terms.
     """
     names = [escaped(name) for name in dict.fromkeys([*table["a"], *table["b"]])]
     square = {a: {"": a, **dict.fromkeys(names, "")} for a in names}
@@ -170,7 +170,7 @@ def pairs(table: pd.DataFrame) -> str:
 
 
 def noise(table: pd.DataFrame) -> str:
-    """Return true regret and optimism, of `noise.by_searcher` or `noise.by_policy`."""
+    """Return true regret and optimism, from `noise.by_searcher` or `noise.by_policy`."""
     tested = "true_regret_p" in table and table["true_regret_p"].notna().any()
     rows = []
     for row in records(table[table["known"] > 0]):
@@ -196,7 +196,7 @@ def noise(table: pd.DataFrame) -> str:
 
 
 def _labels(row: dict[str, Any], table: pd.DataFrame) -> dict[str, str]:
-    """Return what says which runs a row is about, without what never differs in a table."""
+    """Return the labels of a row's runs, without those that never differ in a table."""
     several = [name for name in ("physics", "shape") if table[name].nunique() > 1]
     several += [
         name for name in ("policy", "searcher") if name in row and (table[name] != "").any()

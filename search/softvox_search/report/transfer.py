@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Tables = Mapping[str, pd.DataFrame]
 
-#: As many tests the page tells of, where there are so many.
+#: Numbers of tests after which the page shows the regret, as far as runs have so many.
 AFTER = (1, 9, 10, 20, 50)
 
-#: A design is found where no more than this share is lost.
+#: A design counts as found if its regret is at most this.
 FOUND = 0.1
 
-#: What methods are held against.
+#: The methods with which others are compared.
 REFERENCES = ("random", "gp_ucb", "simulator_top")
 
 FORESIGHT = (
@@ -76,7 +76,7 @@ def make(results: Results) -> dict[str, pd.DataFrame]:
 
 
 def group_of(reality: str) -> str:
-    """Return the set that a sampled reality is of; a named one is for itself."""
+    """Return the set of a sampled reality; a named reality is its own."""
     name, _, number = reality.rpartition("-")
     return name if name in SETS and number.isdecimal() else reality
 
@@ -105,9 +105,9 @@ def _overview(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _units(own: pd.DataFrame) -> Array:
-    """Return curves, shape (n, 2, tests): of a reality by seed, of a set by reality.
+    """Return curves, shape (n, 2, tests): of a single reality by seed, of a set by reality.
 
-    Where realities of a set have different numbers of tests, up to the least of these.
+    If realities of a set have different numbers of tests, the curves end at the least of these.
     """
     tests = min(curve.shape[1] for curve in own["curve"])
     units = "seed" if own["reality"].nunique() == 1 else "reality"
@@ -149,7 +149,7 @@ def _foresight(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _against(runs: pd.DataFrame) -> pd.DataFrame:
-    """Hold every method against the references, reality by reality of every set."""
+    """Compare every method with the references, reality by reality of every set."""
     rows = []
     for (task, group), own in groups(runs[runs["group"].isin(SETS)], "task", "group"):
         curves = {
@@ -182,7 +182,7 @@ def _against(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def page(results: Results, made: Tables, pictures: list[str]) -> str:
-    """Return the page, in Markdown, of the tables by name and the pictures by file name."""
+    """Return the page, in Markdown, from the tables by name and the pictures by file name."""
     failed = int((results.runs["status"] == "failed").sum())
     said = f"{len(results.runs) - failed} finished runs. "
     said += f"**{failed} failed and left out.**" if failed else "No run failed."

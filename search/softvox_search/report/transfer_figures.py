@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> dict[str, Figure]:
-    """Draw the figures of a report, by task; to be called within `style.style`."""
+    """Draw the figures of a report, by task; call it within `style.style`."""
     if "regret" not in tables:
         return {}
     return {str(task): _regret(str(task), own) for (task,), own in groups(tables["regret"], "task")}
 
 
 def _regret(task: str, table: pd.DataFrame) -> Figure:
-    """Draw regret against tests, a panel per reality, one line per method of each name.
+    """Draw regret against tests, a panel per reality, with one line per method.
 
     Of several labels of one method, as eea(choice=both), the first is drawn; the tables have all.
     """

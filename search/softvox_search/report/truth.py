@@ -1,4 +1,4 @@
-"""The known landscapes that runs are held against, without noise and with."""
+"""The known landscapes with which runs are compared, without noise and with."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from softvox_gym.landscapes.table import LATTICE, known
 
 Array = NDArray[np.float64]
 
-#: Two ways to count: every design for itself; or a robot turned or mirrored as the same robot.
+#: Each design counts by itself; or a robot turned or mirrored counts as the same robot.
 TERMS = ("raw", "class")
 
-#: What `Physics.of` takes.
+#: Anything that `Physics.of` accepts.
 AnyPhysics = str | Mapping[str, Any] | Physics
 
 
@@ -29,11 +29,11 @@ def exact_fitness(
 ) -> dict[str, Array] | None:
     """Return the noise-free fitness of every 2x2x2 design in each of `TERMS`.
 
-    None where that is not known: of several phases only what ships, or was computed here once.
+    None if it is not known: for several phases only what ships, or was computed here before.
 
-    In class terms a design is worth the best of its symmetry class (turned about the vertical,
-    mirrored): the model is not symmetric, and whoever found 5757 (3.90) has found the best robot,
-    6453 (4.66), turned by a quarter. Voxel widths, 0 where a design diverges, of shape (6561,).
+    In class terms a design has the best fitness of its symmetry class (turned about the vertical,
+    mirrored). The model is not symmetric: a searcher that found 5757 (3.90) has found the best
+    robot, 6453 (4.66), turned by a quarter. Voxel widths, shape (6561,); 0 if a design diverges.
     """
     if lattice == LATTICE:
         return _exact_fitness(Physics.of(physics))
@@ -62,18 +62,18 @@ def _exact_fitness(physics: Physics) -> dict[str, Array]:
 
 
 def truth_at(level: float, physics: AnyPhysics, lattice: Lattice) -> tuple[Array | None, str]:
-    """Return what designs are worth at a level of noise, as far as anybody knows.
+    """Return the true values of designs at a level of noise, as far as they are known.
 
-    Level 0 is exact on the 2x2x2 lattice under any physics. The other levels are means over many
-    draws, and have their standard error; they are known under the published physics.
+    Level 0 is exact on the 2x2x2 lattice under any physics. Values at other levels are means over
+    many draws, with their standard error; they are known only under the published physics.
 
     Returns
     -------
     value : ndarray, shape (6561,), or None
-        Mean fitness of every design, voxel widths; NaN where it was not measured. None where
-        nothing is known.
+        Mean fitness of every design, voxel widths; NaN where it was not measured. None if no value
+        is known.
     note : str
-        Which design is best, or why nothing is known, in words.
+        Which design is best, or why no value is known, in words.
     """
     if (found := exact_fitness(physics, lattice)) is None:
         return None, "no true values (not every design of this lattice was simulated)"

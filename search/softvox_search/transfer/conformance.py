@@ -79,8 +79,8 @@ def check(
             tested == unadvised[0],
             "was asked for its recommendation, and then asks for other designs",
         )
-        # In a reality that is another wherever the first few tests were not, it may act otherwise
-        # only once it has tested one design more.
+        # In a second reality, equal to the first in the first few tested designs only, it may act
+        # differently only once it has tested one design more.
         for known in (len(tested) // 2, len(tested)):
             other = -truth
             other[tested[:known]] = truth[tested[:known]]

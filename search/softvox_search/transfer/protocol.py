@@ -171,7 +171,7 @@ def design_of(design: Any, said: str) -> int:
     try:
         return Design(design, shape=LATTICE).index
     except (TypeError, ValueError) as error:
-        raise SearcherError(f"{said} what is no design of {LATTICE}: {error}") from error
+        raise SearcherError(f"{said} an invalid design of {LATTICE}: {error}") from error
 
 
 def best_first(values: Array) -> NDArray[np.intp]:

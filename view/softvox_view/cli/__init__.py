@@ -1,1 +1,1 @@
-"""The commands that show things; `softvox` finds them by their entry points."""
+"""The commands for views; `softvox` finds them by their entry points."""

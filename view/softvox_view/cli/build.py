@@ -1,4 +1,4 @@
-"""softvox build: what is built of designs with the paper's kit, what that takes, and sheets."""
+"""softvox build: how to build designs with the paper's kit, the materials, and sheets."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ USAGE = """\
 softvox build DESIGN ... [--copies N] [--out FILE] [options]
        softvox build --top N [--one-per-class] [--out FILE] [options]"""
 
-#: What a sheet's file may be.
+#: Suffixes of a file of sheets.
 FORMS = (".pdf", ".svg", ".html")
 
 
@@ -121,14 +121,14 @@ def run(args: Namespace) -> int:
 
 
 def _given(args: Namespace) -> list[Design]:
-    """Return the designs that were named."""
+    """Return the designs named in the options."""
     if args.one_per_class:
         raise BadInputError("--one-per-class needs --top N; give that instead of designs")
     return [design_of(text, tuple(args.shape), args.phases) for text in args.designs]
 
 
 def _best(args: Namespace) -> tuple[list[Design], str]:
-    """Return the fittest designs that can be built, and what to say of them."""
+    """Return the fittest designs that can be built, and a description of them."""
     if tuple(args.shape) != Lattice() or args.phases > 1:
         raise BadInputError("--shape and --phases are not for --top, whose landscape is 2x2x2")
     table = ranking(landscape())
@@ -156,7 +156,7 @@ def _best(args: Namespace) -> tuple[list[Design], str]:
 
 
 def check_form(out: Path) -> None:
-    """Make sure that sheets can be drawn into a file of that name."""
+    """Check that sheets can be drawn into a file of that name."""
     form = out.suffix.lower()
     if form not in FORMS:
         raise BadInputError(f"--out must end in {', '.join(FORMS)}, got {str(out)!r}")
@@ -186,7 +186,7 @@ def sheets_of(out: Path, plans: Sequence[Plan], batch: Bill | None) -> bytes:
 
 
 def _as_text(one: Plan) -> Iterator[str]:
-    """Yield what is said of a robot."""
+    """Yield the lines about a robot."""
     design = one.design
     name = f"{design.index}  " if design.lattice == Lattice() else ""
     yield (

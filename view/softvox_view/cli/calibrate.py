@@ -1,4 +1,4 @@
-"""softvox calibrate: which physics moves like real robots."""
+"""softvox calibrate: the physics under which simulated robots move like real ones."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from softvox_gym.realities import Reality, reality
 from softvox_gym.trials.measured import MeasuredReality
 from softvox_view.cli.options import import_figures, write_figures
 
-#: Points that people see.
+#: The most points in the printed table.
 SHOWN = 10
 
 DESCRIPTION = f"""\
@@ -153,7 +153,7 @@ def run(args: Namespace) -> int:
 
 
 def _where(args: Namespace) -> Reality | None:
-    """Return the reality that is meant; None where tracks are."""
+    """Return the reality that the options name; None if they give tracks."""
     if (made := measured_of(args)) is not None:
         return made
     with bad_input("--reality:"):
@@ -161,7 +161,7 @@ def _where(args: Namespace) -> Reality | None:
 
 
 def _take_known(args: Namespace, where: Reality | None) -> dict[str, Any]:
-    """Put what is known of the reality where no option says something else, and return it."""
+    """Set the known parameters of the reality unless an option sets them, and return them."""
     known = {} if where is None else known_of(where)
     for name, value in known.items():
         if vars(args)[name] is None:

@@ -62,7 +62,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Write the page, open it, and tell its address."""
+    """Write the page, open it, and print its address."""
     from softvox_view.explore.page import page
 
     if args.out:
@@ -81,7 +81,7 @@ def run(args: Namespace) -> int:
 
 
 def trials_of(args: Namespace) -> tuple[Trial, ...]:
-    """Return the trials that the options name; of other lattices the map has no cells."""
+    """Return the trials that the options select, without those of lattices that the map lacks."""
     folders = [*args.trials, *([shipped()] if args.shipped else [])]
     with bad_input("--trials"):
         trials = read(*folders)

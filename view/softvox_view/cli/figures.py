@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from softvox_gym.real_tracks import RealTrack
     from softvox_search.experiment.results import Results
 
-#: What the figures made of results need.
+#: The libraries needed for figures of results.
 LIBRARIES = ("matplotlib", "msgspec", "pandas", "pyarrow", "scipy")
 
-#: Mirrors `softvox_view.figures.style.FORMATS`, which loads matplotlib.
+#: The same as `softvox_view.figures.style.FORMATS`, which loads matplotlib.
 FORMATS = ("png", "pdf")
 
-#: Of the heatmap.
+#: The scales of the heatmap.
 SCALES = ("rank", "fitness")
 
 _NAMES = "\n".join(f"  {name:13} {shown}" for name, shown in FIGURES.items())
@@ -99,7 +99,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Check everything, draw, write all files at once, then say so."""
+    """Check everything, draw, write all files at once, then print what was written."""
     formats = list(dict.fromkeys(args.format))
     names = _names(args)
     with bad_input("--reality"):
@@ -143,7 +143,7 @@ def _tracks(files: list[Path]) -> tuple[RealTrack, ...]:
 
 
 def _names(args: Namespace) -> list[str]:
-    """Return the figures that are named, and make sure that options are for some of them."""
+    """Return the figures that are named; check that every option is for one of them."""
     names = list(dict.fromkeys(args.names))
     for name in names:
         if name not in FIGURES:
@@ -160,7 +160,7 @@ def _names(args: Namespace) -> list[str]:
 
 
 def _drawable(names: list[str], results: Mapping[str, Results]) -> list[str]:
-    """Return the figures to draw, all where none is named, and make sure that there are results."""
+    """Return the figures to draw, all if none is named; check that their results are given."""
     given = {figure_of(one): one for one in results.values()}
     if not names:
         return [name for name in FIGURES if name not in OF_RESULTS or name in given]

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 
 def import_figures(*modules: str, what: str = "--out", libraries: Sequence[str] = ()) -> None:
-    """Import modules of figures; BadInputError, before the work, where they can't be."""
+    """Import modules of figures; raise BadInputError, before the work, if that fails."""
     try:
-        for module in ("style", *modules):  # the style before all that imports matplotlib
+        for module in ("style", *modules):  # the style before anything imports matplotlib
             import_module(f"softvox_view.figures.{module}")
     except ModuleNotFoundError as error:
         raise BadInputError(missing(what, error, libraries)) from error
 
 
 def write_figures(out: Path, files: Mapping[str, bytes | str], *, force: bool) -> None:
-    """Write files into the folder of --out, and remove pages of earlier figures that had more."""
+    """Write files into the folder of --out, and remove further pages of earlier figures."""
     with bad_input("--out"):
         write_folder(out, files, force=force)
         for path in out.glob("*_[0-9]*"):
@@ -45,12 +45,12 @@ def add_results(parser: ArgumentParser, what_for: str) -> None:
 def read_results(
     folders: Sequence[Path], *, of_transfer: bool | None = False
 ) -> dict[str, Results]:
-    """Read folders of results, by what they are called: of searchers, or as `read` says.
+    """Read folders of results, by folder name: of searchers, or of what `read` says.
 
     Raises
     ------
     BadInputError
-        Where one is no folder of finished results, two are called alike, or a library is missing.
+        If one is not a folder of finished results, two share a name, or a library is missing.
     """
     if not folders:
         return {}

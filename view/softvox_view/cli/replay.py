@@ -64,7 +64,7 @@ USAGE = """\
 softvox replay DESIGN ... [--out FILE] [--versus WORLD] [options]
        softvox replay --top N [--out FILE] [options]"""
 
-#: The modules that the kinds of output need beyond softvox-gym's own.
+#: The modules beyond softvox-gym's own that the kinds of output need.
 FILM = ("PIL", "imageio_ffmpeg")
 NEEDS = {".html": (), ".gif": FILM, ".mp4": FILM, ".png": ("PIL",), ".glb": ()}
 RECORDED = (".html", ".glb")
@@ -72,21 +72,21 @@ RECORDED = (".html", ".glb")
 MOST_DESIGNS = 16
 MOST_WORLDS = 4
 MOST_OF_TOP = 200
-LAP = 12  # frames per cycle of a page of the top
-PER_CYCLE = 24  # frames of a page, where they fit
-FEWEST_PER_CYCLE = 6  # with fewer the pumping can't be seen
+LAP = 12  # frames per cycle of a page of --top
+PER_CYCLE = 24  # frames of a page, if they fit
+FEWEST_PER_CYCLE = 6  # with fewer the pumping is invisible
 MOST_BYTES = 400_000  # of a page's recording, so that the page stays well under a megabyte
 MOST_PICTURES = 6000  # of a film
-MOST_FRAMES = 20_000  # from which they are taken, but for pictures that are closer
-MOST_GIF_BYTES = 2**30  # of its pictures, which ffmpeg has all in memory at once
+MOST_FRAMES = 20_000  # simulated for a film, unless its pictures are closer
+MOST_GIF_BYTES = 2**30  # of a GIF's pictures, which ffmpeg holds in memory all at once
 FPS = 25.0  # of a film
-FASTEST_GIF = 50.0  # browsers slow faster ones down
+FASTEST_GIF = 50.0  # browsers slow down faster ones
 WIDTH = 480  # pixels of a robot's picture in a film
 LONGEST_NAME = 60
 
 
 def within(low: float, high: float, read: Callable[[str], float] = number) -> Callable[[str], Any]:
-    """Return what reads an option's number and makes sure that it is in bounds."""
+    """Return a parser for an option's number that checks its bounds."""
 
     def checked(text: str) -> float:
         value = read(text)
@@ -206,7 +206,7 @@ def run(args: Namespace) -> int:
 
 
 def _labels(results: Mapping[str, Result], i: int) -> list[tuple[str, str]]:
-    """Return what stands beside a design's robots, one for each world."""
+    """Return the labels of a design's robots, one for each world."""
     first, *others = results.values()
     named = [(name if others else "", result) for name, result in results.items()]
     return [labels(result, i, world=name, design=first.design(i)) for name, result in named]
@@ -231,7 +231,7 @@ def _worlds(args: Namespace, physics: Physics) -> dict[str, Reality]:
 
 
 def _seen(result: Result, world: Reality) -> Result:
-    """Return a result whose frames are in lengths of a voxel, not of the parts it is made of."""
+    """Return a result whose frames are in voxel widths, even if voxels consist of parts."""
     if world.resolution == 1 or result.frames is None:
         return result
     position, edge = (
@@ -258,7 +258,7 @@ def _made(args: Namespace, results: Mapping[str, Result]) -> bytes:
 
 
 def _gallery(args: Namespace, physics: Physics) -> tuple[bytes, str]:
-    """Return a page with the fittest of every symmetry class, and what it shows."""
+    """Return a page with the fittest of every symmetry class, and a description of it."""
     table, classes = landscape(physics), symmetry_classes()
     order = ranking(table)["design"]
     if not len(order):
@@ -290,7 +290,7 @@ def _physics(args: Namespace) -> Physics:
 
 
 def _check(args: Namespace) -> None:
-    """Make sure that the output is one that can be made, with its options and libraries."""
+    """Check that the output can be made, with its options and libraries."""
     if args.kind not in NEEDS:
         raise BadInputError(
             f"--out must end in {', '.join(NEEDS)}, which says what to make; got {str(args.out)!r}"
@@ -319,9 +319,9 @@ def _check(args: Namespace) -> None:
 
 
 def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) -> list[int]:
-    """Return the steps from frame to frame, and make sure that what is asked for has room.
+    """Return the steps between frames; check that the output is not too large.
 
-    Of each world; those of different time steps get frames that are equally far apart, nearly.
+    One number per world; worlds with different time steps get nearly the same interval.
     """
     physics = [world.of_parts(world.physics) for world in worlds]
     steps = [float(one.time_step) for one in physics]
@@ -356,7 +356,7 @@ def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) ->
             f"{MOST_GIF_BYTES / 2**30:g} GiB are used; give a lower --width, less time (--cycles), "
             "a lower --fps, or make an .mp4"
         )
-    # A picture's moment, and the one when the pump begins, are met more nearly than it moves.
+    # Finer than the pictures, to come close to each one's moment and to the start of the pump.
     fine = max(1 / (4 * PER_CYCLE * frequency), seconds / MOST_FRAMES)
     return [max(1, int(min(args.speed / args.fps, fine) / step)) for step in steps]
 
@@ -364,8 +364,8 @@ def _every(args: Namespace, worlds: Sequence[Reality], designs: list[Design]) ->
 def _film(args: Namespace, panels: Panels, results: Mapping[str, Result]) -> bytes:
     """Return a film from the start of actuation, each picture the frame nearest to its moment.
 
-    A picture need not last a whole number of time steps; where the film is slower than the
-    simulation, a frame is taken twice.
+    A picture need not last a whole number of time steps. If the film is slower than the simulation,
+    frames are repeated.
     """
     seconds = args.speed / args.fps
     all_of_them = results.values()
@@ -388,7 +388,7 @@ def _film(args: Namespace, panels: Panels, results: Mapping[str, Result]) -> byt
 def _drawn(
     args: Namespace, panels: Panels, results: Mapping[str, Result], moment: float
 ) -> NDArray[np.uint8]:
-    """Return the picture of a moment, s from when the pump begins, with captions."""
+    """Return the picture of a moment, s from the start of the pump, with captions."""
     picture = panels.picture(lambda result: int(frames_at(result, np.array([moment]))[0]))
     captions = []
     for i, stage in enumerate(panels.stages):

@@ -1,4 +1,4 @@
-"""A calibration: headings matched over the grid, and the best point's tracks and the real ones."""
+"""A calibration: matched headings over the grid, and the best point's tracks with the real ones."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from softvox_search.report.style import grid
 from softvox_view.figures import Drawing, style
 from softvox_view.figures.tracks import MOST_MORE, draw_pages
 
-#: Maps of a third parameter, and designs whose tracks are drawn.
+#: The most panels for a third parameter, and the most designs with drawn tracks.
 MOST_MAPS, MOST_DESIGNS = 12, MOST_MORE
 
-#: What parameters are called on an axis.
+#: Labels of parameters on axes.
 WORDS = {
     "friction_static": "static friction",
     "friction_kinetic": "kinetic friction",
@@ -30,19 +30,19 @@ WORDS = {
     "frequency_hz": "frequency, Hz",
 }
 
-#: Around the best point.
+#: The ring around the best point.
 RING: dict[str, Any] = {"mec": "#D55E00", "mew": 1.4, "ms": 9}
 
 Array = NDArray[np.float64]
 
 
 def draw_calibration(calibration: Calibration, tracks: Sequence[RealTrack]) -> Drawing:
-    """Draw the map and the tracks, and compare these, all of the designs of the calibration.
+    """Draw the map and the tracks; all tracks are of the calibration's designs. Compare them too.
 
     Raises
     ------
     ValueError
-        For more designs than have room.
+        If there are more designs than have room.
     """
     if len(calibration.designs) > MOST_DESIGNS:
         raise ValueError(
@@ -59,9 +59,9 @@ def draw_calibration(calibration: Calibration, tracks: Sequence[RealTrack]) -> D
 
 
 def best_tracks(calibration: Calibration, tracks: Sequence[RealTrack]) -> dict[int, Array]:
-    """Return how the designs move at the best point, as long as any of their real tracks.
+    """Return the tracks of the designs at the best point, each as long as its longest real track.
 
-    That is by number, cm from the start, shape (m, 2); a design that diverges stands still.
+    They are by design number, cm from the start, shape (m, 2); a design that diverges stays put.
     """
     last = dict.fromkeys(calibration.designs.tolist(), 0.0)
     for track in tracks:
@@ -79,10 +79,10 @@ def best_tracks(calibration: Calibration, tracks: Sequence[RealTrack]) -> dict[i
 
 
 def draw_map(calibration: Calibration) -> Figure:
-    """Draw how many headings match, over the two first parameters that differ.
+    """Draw the number of matched headings over the first two parameters that vary.
 
-    A third one has a panel per value, where these are not too many; all others are as at the best
-    point, which has a ring. Cells without a point are white.
+    A third parameter has a panel per value, if these are not too many; all others are as at the
+    best point, which has a ring. Cells without a point are white.
     """
     best, parameters = calibration.best, calibration.parameters
     differ = [name for name, values in parameters.items() if np.ptp(values) > 0]
@@ -116,12 +116,12 @@ def draw_map(calibration: Calibration) -> Figure:
 
 
 def word(name: str | None) -> str:
-    """Return what a parameter is called."""
+    """Return the label of a parameter."""
     return WORDS.get(name, name.replace("_", " ")) if name else ""
 
 
 def _places(calibration: Calibration, name: str | None) -> tuple[list[str], NDArray[np.int64]]:
-    """Return the values of a parameter, as people see them, and which each point has."""
+    """Return the values of a parameter as text, and the index of each point's value."""
     if name is None:
         return [""], np.zeros(len(calibration), np.int64)
     values, place = np.unique(calibration.parameters[name], return_inverse=True)

@@ -21,21 +21,21 @@ from softvox_view.figures.robots import best_of_bodies
 
 Array = NDArray[np.float64]
 
-#: The reality of tracks and map where none is chosen: it has the paper's own finding.
+#: The default reality of tracks and map, which shows the paper's own finding.
 CHOSEN = "area_friction"
 
-#: Of the simulator and of a reality, of all designs and of the simulator's best hundred.
+#: Colours of the simulator and of a reality, of all designs and of the simulator's best hundred.
 SIMULATED, REAL = COLOURS[0], COLOURS[4]
 ALL, BEST = COLOURS[3], COLOURS[4]
 
-#: What lies where both worlds are alike; beyond it a heading has turned.
+#: The line where both worlds agree, and the area in which a heading has turned.
 _ALIKE: dict[str, Any] = {"color": style.INK, "lw": 0.6, "zorder": 2.5}
 _TURNED: dict[str, Any] = {"color": "#EDEDED", "lw": 0}
 
-#: Degrees from the middle of the panels of headings to their sides; samples of a track per cycle.
+#: Degrees from the middle of the heading panels to their sides; samples of a track per cycle.
 SIDE, PER_CYCLE = 190, 50
 
-#: Inches that an entry of a legend takes.
+#: Inches per entry of a legend.
 ENTRY = 1.75
 
 _DOT: dict[str, Any] = {"ls": "none", "marker": "o", "mew": 0}
@@ -49,10 +49,10 @@ class Worlds:
     def __init__(self, reality: Reality) -> None:
         tables = landscape(reality.nominal), reality.landscape()
         self.reality = reality
-        #: Fitness in either, voxel widths, and headings, degrees from +x towards +y, (2, 6561).
+        #: Fitness in both, voxel widths, and headings, degrees from +x towards +y, (2, 6561).
         self.worth = np.stack([gap.value(table) for table in tables])
         self.headings = np.degrees([np.arctan2(table["dy"], table["dx"]) for table in tables])
-        #: Which designs travel far enough in both; of these, the share whose heading turns round.
+        #: Designs that travel far enough in both; and the share of these whose heading turns round.
         self.has_heading = np.all(self.worth > LITTLE, axis=0)
         self.turned = gap.share(gap.turned(*tables), self.has_heading)
         #: The simulator's best hundred, best first.
@@ -77,7 +77,7 @@ def draw_gap(inputs: Inputs) -> Figure:
 
 
 def draw_gap_headings(inputs: Inputs) -> Figure:
-    """Draw the heading in reality against that in its simulator, of designs that have both."""
+    """Draw the heading in reality against that in its simulator, for designs that have both."""
     shown = _all(inputs)
     made, axes = grid(len(shown), height=1.4)
     ends = np.array([-SIDE, SIDE])
@@ -98,13 +98,13 @@ def draw_gap_headings(inputs: Inputs) -> Figure:
 
 
 def draw_gap_tracks(inputs: Inputs) -> Drawing:
-    """Draw the tracks of the best of nine bodies in both worlds, a figure for every reality."""
+    """Draw the tracks of the best of nine bodies in both worlds, a figure per reality."""
     chosen = inputs.realities or (reality(CHOSEN),)
     return Drawing({f"gap_tracks_{one.name}": _tracks(one) for one in chosen})
 
 
 def draw_gap_map(inputs: Inputs) -> Drawing:
-    """Draw a map of the cosine between the headings in both worlds, one for every reality."""
+    """Draw a map of the cosine between the headings in both worlds, one per reality."""
     chosen = inputs.realities or (reality(CHOSEN),)
     return Drawing({f"gap_map_{one.name}": _map(Worlds(one)) for one in chosen})
 
@@ -114,7 +114,7 @@ def _all(inputs: Inputs) -> list[Worlds]:
 
 
 def _dots(axis: Axes, values: Array, one: Worlds) -> None:
-    """Draw a dot per design, of values in both worlds, shape (2, 6561)."""
+    """Draw a dot per design, from values in both worlds, shape (2, 6561)."""
     axis.plot(*values, color=ALL, ms=1.3, rasterized=True, **_DOT)
     axis.plot(*values[:, one.best], color=BEST, ms=2.2, rasterized=True, zorder=3, **_DOT)
 
@@ -136,7 +136,7 @@ def _legend(made: Figure, name: str, *more: Any) -> None:
 
 
 def _tracks(one: Reality) -> Figure:
-    """Draw a panel per design, the tracks in both worlds laid over each other."""
+    """Draw a panel per design, with its tracks in both worlds."""
     designs = best_of_bodies()
     worlds = (
         simulate(designs, one.nominal, track=PER_CYCLE),
@@ -185,14 +185,14 @@ def _tracks(one: Reality) -> Figure:
 
 
 def walk(world: Result, design: int) -> Array:
-    """Return where a design of a result is, shape (m, 2); only its start where it diverged."""
+    """Return the track of a design of a result, shape (m, 2); only its start if it diverged."""
     assert world.track is not None
     points = world.track[design, :, :2]
     return np.asarray(points[: max(1, np.isfinite(points).all(axis=1).sum())])
 
 
 def _map(one: Worlds) -> Figure:
-    """Draw the map, and where the best designs of both worlds are."""
+    """Draw the map, and mark the best designs of both worlds."""
     made = style.figure(0.8 * style.WIDTH, 0.74 * style.WIDTH)
     axis = made.subplots()
     colours = style.on_white(style.SEQUENTIAL)

@@ -1,4 +1,4 @@
-"""Words beside places in a panel, none on another and few on lines."""
+"""Placement of words beside points in a panel, without overlaps."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from softvox_view.figures import style
 
 Array = NDArray[np.float64]
 
-#: Shares of a panel's side: between places that are tried, around a word, and the distance from
-#: which on a line leads to it; how much farther it goes rather than cover one point of a line.
+#: Shares of a panel's side: step between places that are tried; room around a word; the distance
+#: from which a line leads to it; the detour that is preferred to covering one point of a line.
 STEP, ROOM, FAR, DETOUR = 0.01, 0.012, 0.05, 0.03
 
 
@@ -24,9 +24,9 @@ def put(
 ) -> None:
     """Write words as near to their places as there is room; a word without room is left out.
 
-    The figure must be laid out. They keep clear of boxes (n, 4), left, bottom, right and top, and
-    rather do not cover lines, points (m, 2). All are shares of the panel's sides. A line leads to a
-    word that is farther away than `far`.
+    The figure must be laid out. Words never cover boxes (n, 4), left, bottom, right and top, and
+    avoid lines, points (m, 2). All are in shares of the panel's sides. If a word is farther from
+    its place than `far`, a line leads to it.
     """
     for word, place in words:
         options: dict[str, Any] = {"size": style.SMALL, "parse_math": False, "va": "bottom"}
@@ -34,7 +34,7 @@ def put(
         size = np.divide(text.get_window_extent().size, axis.bbox.size)
         across, up = (np.arange(ROOM, 1 - ROOM - side, STEP) for side in size)
         low = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
-        # The points of lines that a word covers are those in its columns and in its rows.
+        # A word covers the points of lines that are both in its columns and in its rows.
         columns, rows = (
             ((along > at - ROOM) & (along < at + side + ROOM)).astype(np.float64)
             for along, at, side in zip(

@@ -1,4 +1,4 @@
-"""Maps of all designs: fitness, kinds and classes, heading; and what noise leaves of fitness."""
+"""Maps of all designs: fitness, kinds and classes, heading; and the fitness left under noise."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from softvox_view.tessellation import SIDE, cell_of, mapped
 
 Array = NDArray[np.float64]
 
-#: Widths of the lines between squares by their side in cells, points.
+#: Widths of the lines between squares, points, by the squares' side in cells.
 LINES = {27: 0.9, 9: 0.35}
 
-#: Kinds of robot, from dark to light, so that they stay apart without colour.
+#: Kinds of robots, from dark to light, to be distinct without colour.
 KINDS = ("no voxels", "in pieces, none active", "in pieces", "one piece, none active", "one piece")
 COLOURS = ("#000000", "#5B2A6E", "#C0563B", "#6FA8DC", "#F7E7A9")
 
-#: Lighter than any colour of the wheel, dimmed, so that it stays apart without colour as well.
+#: The colour of a design that stands still, and the factor that keeps all others darker than it.
 STILL, DIMMED = "white", 0.86
 
-#: Cells along a side of the squares whose mean is an arrow, and inches that it is long per voxel
-#: width: the longest fits its square.
+#: Cells along a side of the squares with an arrow for their mean, and the arrow's length, inches
+#: per voxel width: the longest fits its square.
 SQUARE, INCHES = 9, 0.28
 
-#: Best designs that have their names on the map of fitness, and the radius that their rings take,
+#: The number of best designs labelled on the map of fitness, and the radius that their rings take,
 #: a share of the map's side.
 NAMED, AROUND = 10, 0.016
 
-#: Of noise; and voxel widths: of slower robots a share says little, since many of them walk faster
-#: under noise.
+#: The level of noise; and the least fitness, voxel widths, with a share kept: for slower robots it
+#: means little, since many of them walk faster under noise.
 LEVEL, FAST = 1.0, 1.0
 
 
@@ -56,7 +56,7 @@ def show(axis: Axes, values: Any, *, lines: str = "white", **options: Any) -> Ax
 
 
 def frame(axis: Axes, *, color: str, widths: Mapping[int, float] = LINES) -> None:
-    """Draw the lines of the nestings, and the digits along the sides."""
+    """Draw the lines between nested squares, and the digits along the sides."""
     for side, width in widths.items():
         for edge in np.arange(side, SIDE, side) - 0.5:
             axis.axhline(edge, color=color, lw=width)
@@ -82,7 +82,7 @@ def mark(
     offset: tuple[float, float] = (6, 6),
     ring: float = 6.0,
 ) -> None:
-    """Put a ring around a design and a word at an offset, points, readable on any colour."""
+    """Put a ring around a design and a word at an offset, points, legible on any colour."""
     outline(axis, design, marker="o", ms=ring)
     row, column = (int(place) for place in cell_of(design))
     axis.annotate(
@@ -100,7 +100,7 @@ def mark(
 
 
 def outline(axis: Axes, design: int, **options: Any) -> Line2D:
-    """Put an empty marker around a design, which stands out from any colour; see `Axes.plot`."""
+    """Put an empty marker, visible on any colour, around a design; see `Axes.plot`."""
     row, column = (int(place) for place in cell_of(design))
     white = [patheffects.withStroke(linewidth=2.2, foreground="white")]
     looks: dict[str, Any] = {"mfc": "none", "mec": style.INK, "mew": 0.9, "path_effects": white}
@@ -109,7 +109,7 @@ def outline(axis: Axes, design: int, **options: Any) -> Line2D:
 
 
 def draw_heatmap(inputs: Inputs) -> Figure:
-    """Draw the fitness of every design (Fig. 4), by rank or as it is: lighter is fitter."""
+    """Draw the fitness of every design (Fig. 4), by rank or by value: lighter is fitter."""
     fitness = softvox_gym.landscape()["fitness"]
     made = style.figure(0.84 * style.WIDTH, 0.7 * style.WIDTH)
     axis = made.subplots()
@@ -124,18 +124,18 @@ def draw_heatmap(inputs: Inputs) -> Figure:
         worth = fitness[ranked(fitness)][np.array(at) - 1]
         bar.set_ticks(at, labels=[f"{n}: {value:.2f}" for n, value in zip(at, worth, strict=True)])
         bar.ax.invert_yaxis()
-    style.lay_out(made)  # where the words go depends on how large the map is
+    style.lay_out(made)  # the size of the map decides where the words go
     name_best(axis, fitness)
     return made
 
 
 def ranks(values: Array) -> NDArray[np.int64]:
-    """Return the rank of every value, from 1, the largest; equal ones share the better rank."""
+    """Return the rank of every value, from 1, the largest; equal values share the better rank."""
     return 1 + np.searchsorted(np.sort(-values), -values)
 
 
 def name_best(axis: Axes, values: Array) -> None:
-    """Put rings around the best of all designs, and lead to their ranks, numbers and values.
+    """Ring the best of all designs, and label them with rank, number and value.
 
     The figure must be laid out.
     """
@@ -157,9 +157,9 @@ def kinds() -> NDArray[np.int64]:
 
 
 def class_ranks() -> NDArray[np.int64]:
-    """Return for every design the rank of its symmetry class, shape (6561,).
+    """Return the rank of every design's symmetry class, shape (6561,).
 
-    The 1035 classes are ranked from 1 by their fittest design, ties by their smallest.
+    The 1035 classes are ranked from 1 by their fittest design, ties by their smallest number.
     """
     smallest, member_of = np.unique(symmetry_classes(), return_inverse=True)
     best = np.full(len(smallest), -np.inf)
@@ -170,7 +170,7 @@ def class_ranks() -> NDArray[np.int64]:
 
 
 def draw_classes(_: Inputs) -> Figure:
-    """Draw the kind of robot, and its class of robots turned or mirrored."""
+    """Draw the kind of every robot, and its symmetry class (turned or mirrored)."""
     made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
     (left, right), (key, bar) = made.subplots(2, 2, height_ratios=(24, 1))
     edges = BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS))
@@ -194,7 +194,7 @@ def draw_classes(_: Inputs) -> Figure:
 
 
 def colour_of(dx: Array, dy: Array) -> Array:
-    """Return the colours (..., 3) of displacements; `STILL` where they are less than `LITTLE`."""
+    """Return the colours (..., 3) of displacements; `STILL` for those below `LITTLE`."""
     turn = np.arctan2(dy, dx) / (2 * np.pi) % 1
     colours = DIMMED * colormaps[style.CYCLIC](turn)[..., :3]
     colours[np.hypot(dx, dy) < LITTLE] = to_rgb(STILL)
@@ -202,7 +202,7 @@ def colour_of(dx: Array, dy: Array) -> Array:
 
 
 def mean_displacement(displacement: Array) -> Array:
-    """Return the mean of displacements (6561, 2) over every square of 9 x 9 designs, (9, 9, 2)."""
+    """Return the mean displacement (6561, 2) of every square of 9 x 9 designs, (9, 9, 2)."""
     squares = SIDE // SQUARE
     laid = mapped(displacement).reshape(squares, SQUARE, squares, SQUARE, 2)
     return np.asarray(laid.mean(axis=(1, 3)))
@@ -226,7 +226,7 @@ def draw_heading(_: Inputs) -> Figure:
         path_effects=[patheffects.withStroke(linewidth=1.6, foreground="white")],
     )  # fmt: skip
     side.set_axis_off()
-    # A ring of the colours, each where it points to seen from above.
+    # A ring of the colours, each in its direction as seen from above.
     wheel = side.inset_axes((0.15, 0.57, 0.7, 0.2), projection="polar")
     turn = np.linspace(0, 2 * np.pi, 181)
     middles = (turn[1:] + turn[:-1]) / 2
@@ -247,9 +247,9 @@ def draw_heading(_: Inputs) -> Figure:
 
 
 def kept() -> Array:
-    """Return what share of its fitness a design keeps in nine draws out of ten, shape (6561,).
+    """Return the share of its fitness that a design keeps in nine draws of ten, shape (6561,).
 
-    The 10 % quantile under noise over the fitness without. NaN where that is less than `FAST`.
+    This is the 10 % quantile under noise over the fitness without; NaN if that is below `FAST`.
     """
     fitness = softvox_gym.landscape()["fitness"]
     share = np.full(len(fitness), np.nan)
@@ -259,7 +259,7 @@ def kept() -> Array:
 
 
 def draw_robustness(_: Inputs) -> Figure:
-    """Draw the mean under noise against the fitness, and the share that nine draws in ten keep."""
+    """Draw the mean under noise against the fitness, and the share kept in nine draws of ten."""
     fitness, mean = softvox_gym.landscape()["fitness"], softvox_gym.noisy_landscape(LEVEL)["mean"]
     made = style.figure(style.WIDTH, 0.62 * style.WIDTH)
     (left, right), (empty, bar) = made.subplots(2, 2, height_ratios=(24, 1))

@@ -1,4 +1,4 @@
-"""Pages for print: A4, filled from the top with blocks and wrapped text; and the files of them."""
+"""Pages for print: A4, filled from the top with blocks and wrapped text; and their files."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from softvox_search.report.style import FORMATS, Look, encoded
 from softvox_search.report.style import style as project_style
 from softvox_view.figures.style import INK, figure
 
-#: Inches, as all lengths here, from the upper left corner: A4, and what is printed on.
+#: Size of A4, and of its printed area: inches, as all lengths here, from the upper left corner.
 WIDTH, HEIGHT = 210 / 25.4, 297 / 25.4
 LEFT, RIGHT, HEAD, FOOT = 0.6, WIDTH - 0.6, 0.45, HEIGHT - 0.45
 
-#: Points of all text but titles; inches from line to line, and from the top of a line to its foot.
+#: Points, size of all text except titles; inches between lines, and from a line's top to its foot.
 SIZE = 8.0
 LINE, ASCENT = 1.26 * SIZE / 72, 0.97 * SIZE / 72
 
-#: Between texts beside each other.
+#: Gap between texts beside each other.
 GAP = 0.08
 
-#: A context manager to draw pages within: the project's style, in the size of print.
+#: A context in which to draw pages: the project's style, at print size.
 style = partial(
     project_style,
     Look(dpi=150, font=SIZE, widest=WIDTH),
@@ -64,7 +64,7 @@ _SVG = """<?xml version="1.0" encoding="utf-8" standalone="no"?>
 
 @lru_cache(maxsize=65536)
 def width_of(text: str, weight: str = "normal") -> float:
-    """Return how wide a text is."""
+    """Return the width of a text."""
     font = FontProperties(size=SIZE, weight=weight)
     wide, _, _ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
     return float(wide) / 72
@@ -84,10 +84,10 @@ def wrapped(text: str, width: float, *, weight: str = "normal") -> list[str]:
 
 @dataclass
 class Column:
-    """A column of pages, filled from the top; what has no room goes to the next page.
+    """A column of pages, filled from the top; a block that has no room goes to the next page.
 
-    Pages are made as they are needed, each of one `Axes` in inches, y downwards; the title is the
-    first one's, and the others say that they go on.
+    Pages are made as needed, each with one `Axes` in inches, y downwards. The first page has the
+    title; later ones have the title and their number.
     """
 
     title: str
@@ -98,7 +98,7 @@ class Column:
     top: float = HEAD
 
     def _axis(self) -> Axes:
-        """Return what is drawn on for the page."""
+        """Return the axes of the current page."""
         if self.page == len(self.figures):
             made = figure(WIDTH, HEIGHT, layout=None)
             made.set_label(self.title)
@@ -112,28 +112,28 @@ class Column:
         return self.figures[self.page].axes[0]
 
     def room(self, height: float) -> tuple[Axes, float]:
-        """Take so much height; return what to draw on and where that begins."""
+        """Take up some height; return the axes and the y at which it begins."""
         if self.top + height > FOOT and self.top > HEAD:
             self.page, self.top = self.page + 1, HEAD + LINE
         self.top += height
         return self._axis(), self.top - height
 
     def keep(self, height: float) -> None:
-        """Go to the next page unless there is so much room."""
+        """Go to the next page unless this one has the given room."""
         self.room(height)
         self.top -= height
 
     def gap(self, height: float) -> None:
-        """Leave some room, if the page does not end before."""
+        """Leave a gap, unless the page ends first."""
         self.top = min(self.top + height, FOOT)
 
     def row(
         self, *cells: tuple[float, str], weight: str = "normal", end: float | None = None
     ) -> tuple[Axes, float]:
-        """Write texts beside each other, each from so far right of the column's left side.
+        """Write texts beside each other, each at an offset from the column's left side.
 
-        Each is wrapped before the next begins, the last before an end. Returns what the first line
-        is on, and its foot.
+        Each is wrapped before the next begins, the last before an end. Returns the axes of the
+        first line, and its foot.
         """
         ends = [left for left, _ in cells[1:]] + [end or self.right - self.left + GAP]
         lines = [
@@ -150,7 +150,7 @@ class Column:
     def table(
         self, at: Sequence[float], *rows: Sequence[str], end: float | None = None, gap: float = 0
     ) -> list[tuple[Axes, float]]:
-        """Write rows of texts as `row` does, the first bold, with a gap between them, lines."""
+        """Write rows of texts as `row` does, the first bold, with a gap between them in lines."""
         made = []
         for i, texts in enumerate(rows):
             self.gap(gap * LINE if i else 0)
@@ -159,13 +159,13 @@ class Column:
         return made
 
     def numbered(self, items: Iterable[str], gap: float = 0) -> None:
-        """Write a list of which the items have numbers, with a gap between them, lines."""
+        """Write a numbered list, with a gap between the items in lines."""
         for i, item in enumerate(items, start=1):
             self.gap(gap * LINE if i > 1 else 0)
             self.row((0, str(i)), (0.28, item))
 
     def head(self) -> None:
-        """Write the title, and who builds and when."""
+        """Write the title, and blanks for builder and date."""
         axis, top = self.room(0.36)
         axis.text(self.left, top + 0.22, self.title, size=18, weight="bold", va="baseline")
         words = f"built by {20 * '_'}     date {12 * '_'}"
@@ -173,7 +173,7 @@ class Column:
         rule(axis, self.left, self.right, top + 0.32, lw=1.2)
 
     def heading(self, text: str, *, follows: float = 3 * LINE) -> None:
-        """Write a heading over a line, on the page of what follows."""
+        """Write an underlined heading, on the same page as what follows."""
         self.gap(LINE)
         self.keep(1.6 * LINE + follows)
         axis, top = self.room(1.6 * LINE)
@@ -181,23 +181,23 @@ class Column:
         rule(axis, self.left, self.right, top + 1.25 * LINE)
 
     def halves(self, share: float, gutter: float = 0.3) -> tuple[Column, ...]:
-        """Return two columns beside each other from here on, the left one of a share."""
+        """Return two columns side by side from here on; the left one takes a share of the width."""
         middle = self.left + share * (self.right - self.left)
         left, right = (self.left, middle - gutter / 2), (middle + gutter / 2, self.right)
         return tuple(replace(self, left=a, right=b) for a, b in (left, right))
 
     def below(self, *columns: Column) -> None:
-        """Go on where the last of some columns ends."""
+        """Continue below the longest of some columns."""
         self.page, self.top = max((column.page, column.top) for column in columns)
 
 
 def rule(axis: Axes, left: float, right: float, y: float, **options: Any) -> None:
-    """Draw a thin line across."""
+    """Draw a thin horizontal line."""
     axis.plot((left, right), (y, y), **{"color": INK, "lw": 0.6, **options})
 
 
 def label(axis: Axes, place: ArrayLike, text: str, **looks: Any) -> None:
-    """Write a text around a place."""
+    """Write a text centred at a place."""
     x, y = np.asarray(place)
     axis.text(x, y, text, **{"ha": "center", "va": "center", **looks})
 
@@ -209,20 +209,20 @@ def rectangle(axis: Axes, corner: ArrayLike, wide: float, high: float, **looks: 
 
 
 def box(axis: Axes, left: float, foot: float) -> None:
-    """Draw a box to tick."""
+    """Draw a checkbox."""
     rectangle(axis, (left, foot - 0.11), 0.11, 0.11, lw=0.7)
 
 
 def write(pages: Iterable[Figure], form: str) -> bytes:
     """Return pages as the bytes of a "pdf", "svg" or "html" file, the same on every run.
 
-    They may be drawn one after the other: of a PDF only one is kept at a time. HTML is complete in
-    itself and prints a page per sheet. In an SVG the pages are below one another.
+    Pages may be drawn lazily: for a PDF only one is kept at a time. HTML is self-contained and
+    prints one page per sheet. In an SVG the pages are below one another.
     """
     with style():
         if form == "pdf":
             buffer = io.BytesIO()
-            with PdfPages(buffer, metadata=FORMATS["pdf"]) as file:  # the pages share their fonts
+            with PdfPages(buffer, metadata=FORMATS["pdf"]) as file:  # pages share their fonts
                 for page in pages:
                     file.savefig(page, dpi="figure")
             return buffer.getvalue()

@@ -1,4 +1,4 @@
-"""Robots as built, the published gallery of them; and their volume over a cycle of actuation."""
+"""Robots as built, the published gallery of them, and their volume over a cycle of actuation."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ Array = NDArray[np.float64]
 
 BODIES = 9
 
-#: Voxel widths from the camera to the middle of the lattice: the lattice fills the picture.
+#: Voxel widths from the camera to the middle of the lattice, which then fills the picture.
 DISTANCE = 6.6
 MIDDLE = (1.0, 1.0, 0.86)
 
-#: Columns of the gallery, and of that with one robot per class.
+#: Columns of the gallery, and of the gallery with one robot per class.
 ACROSS, ACROSS_CLASSES = 10, 8
 
-#: Inches: of the two lines under a picture, of what is cut away at its sides, where there is only
-#: floor, and of the key above all.
+#: Inches: the two lines under a picture; the strip of floor cut off at its sides; the key above
+#: all pictures.
 CAPTION, MARGIN, HEAD = 0.28, 0.015, 0.26
 
-#: The cycle shown, counted from 0: the first one starts from rest; time steps between frames.
+#: The cycle shown, counted from 0 (the first starts from rest); time steps between frames.
 CYCLE, EVERY = 1, 2
 
-#: By mode: an own line and lightness.
+#: Line style and lightness of each mode.
 LOOKS = {
     "hold": {"color": "#000000", "ls": "-", "lw": 1.6},
     "clamp": {"color": "#D55E00", "ls": "--", "lw": 1.4},
@@ -57,8 +57,8 @@ LOOKS = {
 def best_of_bodies() -> tuple[Design, ...]:
     """Return the fittest design of each of nine bodies, fittest first.
 
-    A body is which sites are filled, with whatever; bodies turned about the vertical or mirrored
-    are the same. The nine are those with the fittest designs.
+    A body is the set of filled sites, whatever fills them; bodies turned about the vertical or
+    mirrored are the same. The nine are those with the fittest designs.
     """
     filled = (all_digits() > 0).astype(np.int64)
     bodies = np.min([filled[:, order] @ (1 << np.arange(8)) for order in symmetries()], axis=0)
@@ -72,9 +72,9 @@ def best_of_bodies() -> tuple[Design, ...]:
 
 @lru_cache(maxsize=512)
 def picture(design: Design, size: int) -> NDArray[np.uint8]:
-    """Return a picture of a design as built, so many pixels along a side.
+    """Return a picture of a design as built, with the given number of pixels along a side.
 
-    Read-only. All of a lattice are seen from the same place, so that sites can be compared.
+    Read-only. All designs of a lattice are seen from the same place, so sites can be compared.
     """
     look_at = (np.multiply(MIDDLE, design.shape) / 2).tolist()
     distance = DISTANCE * max(design.shape) / 2
@@ -86,16 +86,16 @@ def picture(design: Design, size: int) -> NDArray[np.uint8]:
 
 
 def published() -> list[tuple[Design, str]]:
-    """Return the published top hundred in their order: each design and its fitness as printed."""
+    """Return the published top hundred in order: each design and its fitness as printed."""
     path = files("softvox_gym") / "data" / "authors" / "published_top100.csv"
     rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
     return [(Design(int(row["design"])), row["fitness"]) for row in rows]
 
 
 def draw_gallery(inputs: Inputs) -> Figure:
-    """Draw robots as built, in the paper's order; under each its fitness, its rank and number.
+    """Draw robots as built, in the paper's order, each with its fitness, rank and number.
 
-    All of the published hundred, or the first of each symmetry class among them.
+    These are all of the published hundred, or the first of each symmetry class among them.
     """
     robots = [(rank, *robot) for rank, robot in enumerate(published(), start=1)]
     class_of, across = symmetry_classes(), ACROSS
@@ -146,7 +146,7 @@ def relative_volume(designs: Sequence[Design], actuation: str = "hold") -> tuple
 
 
 def draw_volume(_: Inputs) -> Figure:
-    """Draw an active voxel under each mode, and the best of nine bodies under the paper's."""
+    """Draw an active voxel in each mode, and the best of nine bodies in the paper's mode."""
     physics = Physics.published()
     made = style.figure(style.WIDTH, 0.42 * style.WIDTH)
     left, right = made.subplots(1, 2, sharey=True, width_ratios=(1, 1.12))
@@ -162,7 +162,7 @@ def draw_volume(_: Inputs) -> Figure:
         peak, (0.25, volume.max()), xytext=(0, 4), textcoords="offset points", ha="center"
     )
     left.annotate("1, at rest", (1, 1), xytext=(0, 4), textcoords="offset points", ha="right")
-    # A line per share of active voxels; robots that share it lie on each other.
+    # One line per share of active voxels, as the lines of robots with the same share coincide.
     designs = best_of_bodies()
     time, volume = relative_volume(designs)
     shares = np.array([Fraction(design.n_active, design.n_voxels) for design in designs])

@@ -1,4 +1,4 @@
-"""Searchers, or transfer methods, compared: the figures of a report for print, drawn anew."""
+"""Searchers, or transfer methods, compared: the figures of a report redrawn for print."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softvox_view.figures import Drawing, Inputs, figure_of
 
 
 def draw_search(inputs: Inputs) -> Drawing:
-    """Draw the figures of every folder of searchers; the folder's name is part of theirs."""
+    """Draw the figures of every folder of searchers, named after the folder."""
     return _drawn("search", inputs, tables, figures)
 
 
@@ -23,9 +23,9 @@ def draw_transfer(inputs: Inputs) -> Drawing:
 
 
 def _drawn(kind: str, inputs: Inputs, making: Any, drawing: Any) -> Drawing:
-    """Draw the figures of the folders of a kind.
+    """Draw the figures of all folders of a kind.
 
-    They are made from a folder's runs; where it is kept without them, from its report's tables.
+    They are made from a folder's runs, or from its report's tables if the runs were not kept.
     """
     made: dict[str, Figure] = {}
     with style(PRINT):

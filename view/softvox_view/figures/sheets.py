@@ -1,4 +1,4 @@
-"""Sheets to build robots from: what a plan says, drawn on A4, beside what the simulator expects."""
+"""Building sheets for robots: a plan, drawn on A4, with the simulator's expectations."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ __all__ = ["Facts", "draw_batch", "draw_sheet", "facts_of", "write"]
 
 Array = NDArray[np.float64]
 
-#: Sites along x or y that a sheet has room for.
+#: The most sites along x or y that have room on a sheet.
 MOST = 10
 
-#: Inches: of a picture of the robot, and of a panel; degrees: from where the robot is seen.
+#: Inches: a picture of the robot, and a panel; degrees: the views of the robot.
 PICTURE, PANEL, AZIMUTHS = 1.45, 1.21, (-56.0, 124.0)
 
-#: When the volume is measured, cycles.
+#: Moments at which the volume is measured, cycles.
 MOMENTS = {0.0: "0", 0.25: "\xbc", 0.5: "\xbd", 0.75: "\xbe"}
 
-#: Where the maker writes.
+#: A blank for the builder to fill in.
 BLANK = "_" * 12
 
 TRAVEL = (
@@ -67,11 +67,10 @@ TRAVEL = (
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """What the simulator expects of a robot under the published physics.
+    """The simulator's expectations of a robot under the published physics.
 
-    Fitness in voxel widths, NaN where it diverges; heading in degrees from +x towards +y, None for
-    one that hardly moves; and, at moments of a cycle (0 to 1, shape (k,)), its volume relative to
-    that at rest.
+    Fitness in voxel widths, NaN if it diverges; heading in degrees from +x towards +y, None if it
+    hardly moves; and its volume relative to rest, at moments of a cycle (0 to 1, shape (k,)).
     """
 
     fitness: float
@@ -92,7 +91,7 @@ class Facts:
 
 
 def facts_of(designs: Sequence[Design]) -> list[Facts]:
-    """Return what the simulator expects of designs of one lattice, simulated in one batch."""
+    """Return the simulator's expectations of designs of one lattice, simulated in one batch."""
     result = simulate(designs)
     cycle, volume = relative_volume(designs)
     ways = [heading(moved[:2]) for moved in result.displacement]
@@ -103,12 +102,12 @@ def facts_of(designs: Sequence[Design]) -> list[Facts]:
 
 
 def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
-    """Draw the sheet of a robot: one A4 page, and more where a large one needs them.
+    """Draw the sheet of a robot: one A4 page, or more for a large robot.
 
     Raises
     ------
     ValueError
-        For a lattice of more than `MOST` sites along x or y.
+        If the lattice has more than `MOST` sites along x or y.
     """
     if max(plan.design.shape[:2]) > MOST:
         raise ValueError(
@@ -131,13 +130,13 @@ def draw_sheet(plan: Plan, facts: Facts) -> tuple[Figure, ...]:
 
 
 def _name(design: Design) -> str:
-    """Return a robot's name; a number of many digits is none."""
+    """Return a robot's name: its number, or its lattice if the number is long."""
     number = str(design.index)
     return f"Robot {number}" if len(number) <= 13 else f"Robot on {design.lattice}"
 
 
 def _head(column: Column, plan: Plan) -> None:
-    """Write which robot it is, what is wrong with it and what needs care."""
+    """Write which robot it is, its faults, and what needs care."""
     design, groups = plan.design, len(plan.groups)
     column.head()
     column.row((0, f"digits {digits_of(design)}, lattice {design.lattice}"))
@@ -159,7 +158,7 @@ def _head(column: Column, plan: Plan) -> None:
 
 
 def _pictures(column: Column, plan: Plan, facts: Facts) -> None:
-    """Draw the robot from two sides, where the simulator sends it, and its volume."""
+    """Draw the robot from two sides, its simulated path, and its volume."""
     axis, top = column.room(LINE + PICTURE + LINE)
     lefts = np.linspace(LEFT, RIGHT - PICTURE, 4)
     words = ["from +x, \N{MINUS SIGN}y, above", "from \N{MINUS SIGN}x, +y, above"]
@@ -176,7 +175,7 @@ def _pictures(column: Column, plan: Plan, facts: Facts) -> None:
 
 
 def _map(own: Axes, design: Design, facts: Facts) -> None:
-    """Draw, from above, where the robot stands and where it travels."""
+    """Draw, from above, the robot's place and its path."""
     nx, ny, _ = design.shape
     middle = np.array([nx, ny]) / 2
     angle = math.radians(facts.heading or 0)
@@ -214,7 +213,7 @@ def _volume(own: Axes, _: Design, facts: Facts) -> None:
 
 
 def _groups(column: Column, plan: Plan) -> None:
-    """Write where each group's tube goes in and why, with boxes to tick."""
+    """Write where each group's tube goes in and why, with checkboxes."""
     ticks = ("slice", "robot") if not plan.problems else ()
     column.heading(
         "Actuator groups, tubes and leaks: tick the slice when it is tight, then the stacked robot"
@@ -240,7 +239,7 @@ def _groups(column: Column, plan: Plan) -> None:
 
 
 def _measure(column: Column, plan: Plan, facts: Facts) -> None:
-    """Write what to measure beside what is expected."""
+    """Write the values to measure beside the expected ones."""
     column.heading("What to measure", follows=20 * LINE)
     at = (0, 1.25, 2.1)
     mass = f"{VOXEL_G * plan.design.n_voxels:.1f} g"
@@ -262,7 +261,7 @@ def _measure(column: Column, plan: Plan, facts: Facts) -> None:
 
 
 def draw_batch(plans: Sequence[Plan], bill: Bill) -> tuple[Figure, ...]:
-    """Draw what robots take together: amounts and bill; and how they are measured."""
+    """Draw the batch: amounts and bill of all robots, and how to measure them."""
     robots = int(bill.quantities["robots"])
     copies = robots // max(len(plans), 1)
     with style():
@@ -296,7 +295,7 @@ def draw_batch(plans: Sequence[Plan], bill: Bill) -> tuple[Figure, ...]:
 def _figures(
     column: Column, rows: Sequence[Sequence[str]], ends: Sequence[float], is_headed: bool = True
 ) -> None:
-    """Write rows of a text and of figures that end so far right of the column's left side."""
+    """Write rows of a text and of numbers; the numbers end at given offsets from the left side."""
     for i, (words, *figures) in enumerate(rows):
         weight = "bold" if is_headed and i == 0 else "normal"
         axis, foot = column.row((0, words), end=ends[0] - 0.5, weight=weight)

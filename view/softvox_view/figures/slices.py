@@ -1,4 +1,4 @@
-"""A robot for who builds it: seen from two sides, and its slices from below."""
+"""A robot as its builder needs it: seen from two sides, and its slices from below."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ from softvox_view.figures.style import GREY, INK, PALE
 
 Array = NDArray[np.float64]
 
-#: Colours of the pigments, which differ in lightness; and of the stripes on what is passive.
+#: Colours of the pigments, which differ in lightness; and of the stripes on passive voxels.
 PINK, BLUE, STRIPES = "#F9C0D4", "#62A0DA", "#8DBDE8"
 
-#: Brightness of faces across x, y and z.
+#: Brightness of the faces normal to x, y and z.
 SHADES = (0.84, 0.92, 1.0)
 
-#: Degrees above the floor from where a robot is seen.
+#: Degrees above the floor, of the views of a robot.
 ELEVATION = 27.0
 
-#: Inches: of a site of a slice, least and most; around a slice, for inlets; of the key beside
-#: slices, and from sign to sign in it.
+#: Inches: a site of a slice, least and most; the margin of a slice, for inlets; the key beside
+#: the slices, and the step between its signs.
 SMALLEST, LARGEST, RING, KEY, STEP = 0.3, 0.6, 0.3, 1.8, 0.22
 
 #: The most slices beside each other.
 ACROSS = 4
 
-#: Of a voxel's side: the punch, a quarter of an inch.
+#: The punch, a quarter of an inch, as a share of a voxel's side.
 PUNCH = 0.25 * 2.54 / VOXEL_CM
 
 
 def draw_robot(axis: Axes, plan: Plan, azimuth: float, corner: Array, size: float) -> None:
-    """Draw a robot with its tubes, seen in parallel from an azimuth, into a square."""
+    """Draw a robot with its tubes in parallel projection from an azimuth, into a square."""
     up, about = math.radians(ELEVATION), math.radians(azimuth)
     right = np.array([-math.sin(about), math.cos(about), 0])
     view = np.array([math.cos(up) * math.cos(about), math.cos(up) * math.sin(about), math.sin(up)])
     screen = np.stack([right, -np.cross(view, right)])  # y of the page goes down
     shape = np.array(plan.design.shape, dtype=float)
-    # The lattice, with room around its foot for the arrows along the axes.
+    # The lattice, with room around its foot for the axis arrows.
     unit = 0.5 + shape.max() / 4
     foot = np.array([1.2, 1.2, 0]) * unit
     corners = np.indices((2, 2, 2)).reshape(3, -1).T * (shape + foot) - foot / 2
@@ -62,7 +62,7 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, corner: Array, size: floa
 
     ground = place([(0, 0, 0), (shape[0], 0, 0), (*shape[:2], 0), (0, shape[1], 0)])
     axis.fill(*ground.T, fc="none", ec=PALE, lw=0.6)
-    # The arrows lie before the two sides of the lattice that are nearer.
+    # The arrows lie before the two nearer sides of the lattice.
     for k, name in enumerate("xy"):
         start = np.zeros(3)
         start[1 - k] = shape[1 - k] + 0.35 * unit if view[1 - k] > 0 else -0.35 * unit
@@ -77,7 +77,7 @@ def draw_robot(axis: Axes, plan: Plan, azimuth: float, corner: Array, size: floa
 
 
 def _drawn(plan: Plan, view: Array) -> Iterator[tuple[float, Array, Any]]:
-    """Yield what is seen of a robot: how near it is, its corners and its colour."""
+    """Yield the visible parts of a robot: nearness, corners and colour of each."""
     kinds = plan.design.kinds
     padded = np.pad(kinds, 1)
     for site in np.argwhere(kinds != ABSENT):
@@ -103,7 +103,7 @@ def draw_arrow(axis: Axes, start: Any, end: Any, lw: float = 0.8) -> None:
 
 
 def draw_slices(column: Column, plan: Plan) -> None:
-    """Draw every slice from below, and a key to them."""
+    """Draw every slice from below, and a key to the signs."""
     nx, ny, nz = plan.design.shape
     room = RIGHT - LEFT - KEY
     fits = [n for n in range(2, ACROSS + 1) if n <= nz and room / n - 2 * RING >= SMALLEST * nx]
@@ -123,7 +123,7 @@ def draw_slices(column: Column, plan: Plan) -> None:
 
 
 def _slice(axis: Axes, plan: Plan, z: int, corner: Array, side: float) -> None:
-    """Draw a slice that lies on its upper side, from the upper left corner on: x goes left."""
+    """Draw a slice that lies on its upper side, from its upper left corner: x goes left."""
     nx, ny, nz = plan.design.shape
     ends = {0: " (bottom)", nz - 1: " (top)"} if nz > 1 else {}
     place = corner[0], corner[1] - RING - LINE + ASCENT
@@ -188,7 +188,7 @@ def _bond(axis: Axes, first: Array, second: Array, has_hole: bool) -> None:
 
 
 def _ring(axis: Axes, middle: Array, up: int) -> None:
-    """Draw the sign of what comes towards the reader, from below, or goes away from him."""
+    """Draw the sign of what comes towards the reader, who looks from below, or goes away."""
     axis.add_patch(Circle(tuple(middle), 0.045, fc="white", ec=INK, lw=0.9))
     looks: dict[str, Any] = {"color": INK, "ms": 1.6 if up < 0 else 4.2}
     axis.plot(*middle, "o" if up < 0 else "x", mew=0.9, **looks)

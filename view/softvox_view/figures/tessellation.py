@@ -17,19 +17,19 @@ from softvox_view.figures import Inputs, maps, style
 from softvox_view.figures.robots import picture
 from softvox_view.tessellation import PAIRS, cell_of
 
-#: The design that the key leads to: the best one.
+#: The design to which the key leads: the best one.
 DESIGN = 6453
 
-#: Pixels of a robot's picture, and what is left free under a whole one, a share of its square.
+#: Pixels of a robot's picture, and the space under a whole one, a share of its square.
 PIXELS, FOOT = 150, 0.2
 
-#: Points: the square chosen, and the panel that shows what is in it; the ring in the smallest one.
+#: Points: the frames of a chosen square and of the panel that enlarges it; the ring in the last.
 FRAME, RING = 1.6, 3.2
 
-#: What the digits stand for.
+#: The meaning of the digits.
 MATERIALS = (("0 absent", "white"), ("1 passive, cyan", PASSIVE), ("2 active, red", ACTIVE))
 
-#: Three designs that show where the map begins, has its middle and ends.
+#: Three designs, at the beginning, the middle and the end of the map.
 LANDMARKS = (
     (0, "empty", (5, 4)),
     ((N_DESIGNS - 1) // 2, "all passive", (5, 4)),
@@ -93,7 +93,7 @@ def _whole(axis: Axes) -> None:
 
 
 def _square(axis: Axes, corner: tuple[float, float], side: float) -> None:
-    """Draw the frame of a square that is chosen."""
+    """Draw the frame of the chosen square."""
     axis.add_patch(Rectangle(corner, side, side, fill=False, ec=style.INK, lw=FRAME, zorder=4))
 
 

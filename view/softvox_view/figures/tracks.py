@@ -34,48 +34,48 @@ from softvox_view.figures.robots import best_of_bodies, picture
 
 CYCLES, PER_CYCLE = 23, 50
 
-#: Cycles after which the published run ends, so that fitness is taken there.
+#: Cycles of the published run, after which fitness is taken.
 PUBLISHED = 15
 
-#: Of the samples of a simulated track.
+#: The cycle of every sample of a simulated track.
 CYCLE = np.arange(CYCLES * PER_CYCLE + 1) / PER_CYCLE
 
-#: Steps between frames, a cycle of them less one; and degrees by which the vertical, as a robot has
-#: it, turns within a cycle in which it falls on another side. Robots that walk on stay below 3.
+#: Steps between frames, one less than a cycle; and the degrees by which the body's vertical turns
+#: within a cycle in which the robot tips over. In robots that walk on it turns by less than 3.
 STEPS, TIPPED = 551, 10
 
-#: Panels in a row and on a page; what does not fit goes on to further pages.
+#: Panels in a row and on a page; further panels go to further pages.
 ACROSS, PER_PAGE = 3, 12
 
-#: Designs of real tracks that are none of the nine have panels of their own, up to so many.
+#: The most designs of real tracks, besides the nine, that have panels of their own.
 MOST_MORE = 99
 
-#: Of panels: a, b, ... z, aa, ab, ...
+#: Names of panels: a, b, ... z, aa, ab, ...
 NAMES = [*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2))]
 
-#: Inches: of a row of panels, of what is below all rows, and of the legend above.
+#: Inches: a row of panels, the space below all rows, and the legend above.
 ROW, FOOT, LEGEND = 2.24, 0.1, 0.38
 
-#: What the words above the panels are.
+#: Explanations of the titles of panels.
 FITNESS_ABOVE = f"above each panel: design, fitness in voxel widths after {PUBLISHED} cycles"
 ERRORS_ABOVE = "at the right: angle between the displacements, RMS error, means over trials"
 
 #: Share of a panel's half side that the tracks leave free at the sides.
 MARGIN = 0.12
 
-#: cm; a scale is no finer than this, however little the robots travel.
+#: The finest scale, cm, however little the robots travel.
 LEAST_HALF = 0.5
 
-#: A track has at most as many pieces of a colour, or vector pictures of many tracks were large.
+#: The most pieces of one colour in a track, as vector pictures of many tracks would be large.
 SEGMENTS = 240
 
-#: Cycles between the marks of time on tracks that are compared.
+#: Cycles between the time marks on compared tracks.
 MARKED = 5
 
 #: Share of a panel's side that the robot's picture takes, and its pixels.
 INSET, PIXELS = 0.30, 210
 
-#: Half of the share of a panel's side that a mark at an end takes.
+#: Half the size of a mark at an end, as a share of a panel's side.
 MARK = 0.022
 
 _REAL: dict[str, Any] = {"color": style.INK, "lw": 0.8, "ls": (0, (4, 1.5))}
@@ -89,9 +89,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What a panel shows: tracks from the start, shape (m, 2), in the unit.
+    """The content of a panel: tracks from the start, shape (m, 2), in the unit.
 
-    Fitness is text; tipped is the cycle in which the simulated robot falls on another side, or 0.
+    Fitness is text; tipped is the cycle in which the simulated robot tips over, or 0.
     """
 
     name: str
@@ -105,7 +105,7 @@ class Panel:
 
     @property
     def cycle(self) -> Array:
-        """Of the samples of the simulated track, shape (m,)."""
+        """The cycle of every sample of the simulated track, shape (m,)."""
         return np.arange(len(self.simulated)) / PER_CYCLE
 
     @property
@@ -116,7 +116,7 @@ class Panel:
 
     @property
     def tip(self) -> Array:
-        """Where the robot falls on another side: in the middle of that cycle, shape (2,)."""
+        """Where the robot tips over: in the middle of that cycle, shape (2,)."""
         return np.asarray(self.simulated[round((self.tipped - 0.5) * PER_CYCLE)])
 
     def shares(self, points: Any, half: float) -> Array:
@@ -130,7 +130,7 @@ def draw_tracks(inputs: Inputs) -> Drawing:
     Raises
     ------
     ValueError
-        Where real tracks are of too many designs.
+        If real tracks are of too many designs.
     """
     designs = designs_of(inputs.tracks)
     numbers = [design.index for design in designs]
@@ -159,10 +159,10 @@ def draw_pages(
     fitness: Array | None = None,
     tipped: Mapping[int, int] | None = None,
 ) -> dict[str, Figure]:
-    """Draw a panel per design, with its tracks, simulated and real, and what `rows` says of these.
+    """Draw a panel per design: its tracks, simulated and real, and the text of `rows` on these.
 
-    Fitness, of every design, and in which cycles robots tip over are shown where they are given.
-    Returns the pages by file name. They have one scale, which the simulated tracks set.
+    Fitness of every design and the cycles in which robots tip over are shown if given. Returns the
+    pages by file name. They share one scale, which the simulated tracks set.
     """
     panels = [
         Panel(
@@ -180,7 +180,7 @@ def draw_pages(
 
 
 def paged(name: str, panels: Sequence[Panel], *, half: float = 0.0) -> dict[str, Figure]:
-    """Draw panels; returns the pages by file name. They share a scale, of at least half a side."""
+    """Draw panels; return the pages by file name. They share a scale, of at least half a side."""
     half = max(half, *(half_side(panel.simulated) for panel in panels))
     return {
         f"{name}_{1 + first // PER_PAGE}" if first else name: draw_page(
@@ -196,7 +196,7 @@ def middle(points: Array) -> Array:
 
 
 def half_side(points: Array) -> float:
-    """Return half of a side in which some points (n, 2) have room."""
+    """Return half the side of a square that has room for points (n, 2)."""
     return max((1 + MARGIN) * float(np.ptp(points, axis=0).max()) / 2, LEAST_HALF)
 
 
@@ -206,7 +206,7 @@ def designs_of(real: Sequence[RealTrack]) -> list[Design]:
     Raises
     ------
     ValueError
-        Where these are too many.
+        If there are too many.
     """
     best = best_of_bodies()
     more = [d for d in dict.fromkeys(Design(track.design) for track in real) if d not in best]
@@ -219,9 +219,9 @@ def designs_of(real: Sequence[RealTrack]) -> list[Design]:
 
 
 def simulated_tracks(designs: Sequence[Design]) -> tuple[Array, list[int]]:
-    """Return where the centres of mass are, cm from the start, shape (n, 23 * 50 + 1, 2).
+    """Return the tracks of the centres of mass, cm from the start, shape (n, 23 * 50 + 1, 2).
 
-    And the cycle, from 1, in which each robot falls on another side, 0 if in none.
+    Also return the cycle, from 1, in which each robot tips over, 0 if it does not.
     """
     physics = Physics.published()
     result = simulate(designs, physics.lasting(CYCLES), track=PER_CYCLE, frames=STEPS)
@@ -230,7 +230,7 @@ def simulated_tracks(designs: Sequence[Design]) -> tuple[Array, list[int]]:
 
 
 def tipping_cycles(result: Result) -> list[int]:
-    """Return the cycle in which the vertical, as the robot has it, turns most; 0 below `TIPPED`."""
+    """Return the cycle in which the body's vertical turns most; 0 if that is below `TIPPED`."""
     assert result.frames is not None
     w, x, y, z = np.moveaxis(result.frames.quaternion, -1, 0)
     vertical = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x**2 + y**2)], axis=-1)
@@ -241,7 +241,7 @@ def tipping_cycles(result: Result) -> list[int]:
 
 
 def draw_page(panels: Sequence[Panel], half: float) -> Figure:
-    """Draw a page; a panel that needs more than half a side has a scale of its own."""
+    """Draw a page; a panel that needs more than half a side has its own scale."""
     across = min(ACROSS, len(panels))
     rows = -(-len(panels) // across)
     is_compared = any(panel.real for panel in panels)
@@ -266,14 +266,14 @@ def draw_page(panels: Sequence[Panel], half: float) -> Figure:
     looks: dict[str, Any] = {"title_fontsize": style.SMALL, "loc": "outside upper center"}
     columns = 3 if is_compared else 4
     made.legend(title="\n".join(title), handles=_handles(panels), ncols=columns, **looks)
-    style.lay_out(made)  # where the words go depends on how large the panels are
+    style.lay_out(made)  # the size of the panels decides where the words go
     for axis, own_words in zip(axes, words, strict=False):
         labels.put(axis, **own_words)
     return made
 
 
 def _handles(panels: Sequence[Panel]) -> list[Line2D]:
-    """Return the entries of the legend for what the panels show."""
+    """Return the legend's entries for the content of the panels."""
     handles = [style.line("start", marker="o", mfc="none", **_END)]
     handles.append(style.line("end, simulated", marker="D", mfc="none", **_END))
     if panels[0].fitness:
@@ -288,7 +288,7 @@ def _handles(panels: Sequence[Panel]) -> list[Line2D]:
 
 
 def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
-    """Draw the tracks, in the colours of so many cycles."""
+    """Draw the tracks, coloured by time, in so many cycles."""
     ours = panel.simulated
     colours = style.on_white(style.TIME)
     starts = np.arange(0, len(ours) - 1, -(-len(ours) // SEGMENTS))
@@ -316,9 +316,9 @@ def _tracks(axis: Axes, panel: Panel, cycles: float) -> LineCollection:
 
 
 def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dict[str, Any]:
-    """Draw what is around the tracks, and return the words to be put among them.
+    """Draw the frame of a panel, and return the words to be placed among the tracks.
 
-    These are the trials' names at their ends, when a robot falls, and that a scale is another.
+    These are the trials' names at their ends, when a robot tips over, and a differing scale.
     """
     x, y = middle(panel.points)
     axis.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
@@ -328,7 +328,7 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
     axis.set_title(f"{panel.name}  {short(str(called(panel.design)))}{panel.fitness}", loc="left")
     if panel.compared:
         axis.set_title(errors(panel.compared), loc="right", size=style.SMALL)
-    # As many points of each track, however often it was looked at.
+    # The same number of points from each track, however often it was sampled.
     times = panel.cycle[:: len(panel.cycle) // 200 or 1]
     tracks = [track_at(times, panel.cycle, panel.simulated)]
     for track in panel.real:
@@ -351,7 +351,7 @@ def _frame(axis: Axes, panel: Panel, half: float, *, has_own_scale: bool) -> dic
 
 
 def put_picture(axis: Axes, design: Design, lines: Array) -> Array:
-    """Put a robot's picture into the corner that lines keep clear of most, and return its box.
+    """Put a robot's picture into the corner with the fewest lines, and return its box.
 
     Lines, points (m, 2), and the box, left, bottom, right and top, are shares of the panel's sides.
     """
@@ -365,7 +365,7 @@ def put_picture(axis: Axes, design: Design, lines: Array) -> Array:
 
 
 def errors(compared: Sequence[Compared]) -> str:
-    """Return the means over the trials of a design, the angle over those that have one."""
+    """Return the mean errors over the trials of a design, the angle over those that have one."""
     angles = [row.angle for row in compared if not np.isnan(row.angle)]
     angle = f"{np.mean(angles):.0f}\N{DEGREE SIGN}, " if angles else ""
     return f"{angle}RMS {np.mean([row.rms_error for row in compared]):.2f}"

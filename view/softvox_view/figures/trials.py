@@ -1,4 +1,4 @@
-"""Trials held against the simulator: tracks, distances and headings, and a page of all."""
+"""Trials compared with the simulator: tracks, distances and headings, and a page of all."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from softvox_search.report.style import COLOURS, grid
 from softvox_view.figures import labels, style
 from softvox_view.figures.tracks import MOST_MORE, NAMES, Panel, half_side, paged
 
-#: Columns of a condition's table, and its facts, by name.
+#: The columns of a condition's table, and its facts, by name.
 Numbers: TypeAlias = Mapping[str, Any]
 
-#: Designs whose numbers stand in a panel. Heights of a panel, as `grid` takes them, of several and
-#: of a single one; half of the share of its side that a mark takes.
+#: The most designs with numbers in a panel. Heights of panels, as `grid` takes them: of several,
+#: and of a single one. Half the size of a mark, as a share of a panel's side.
 NAMED, SQUARE, ALONE, MARK = 16, 1.8, 2.6, 0.02
 
-#: Characters of a condition above a panel, at most; and above one of so many that they are small,
-#: and have no numbers.
+#: The most characters of a condition above a panel: as a rule, and for MANY panels or more, which
+#: are small and have no numbers.
 WIDE, NARROW, MANY = 36, 22, 4
 
 MEANS = "against the simulated: mean of trials, standard deviation"
@@ -61,17 +61,17 @@ th, td {{ padding: 0.1rem 0.5rem; text-align: right; border-bottom: 1px solid #d
 
 
 def draw_comparison(comparison: Comparison) -> dict[str, Figure]:
-    """Draw tracks, distances and headings; returns the figures by file name.
+    """Draw tracks, distances and headings; return the figures by file name.
 
     Raises
     ------
     ValueError
-        For more rows than have room.
+        If there are more rows than have room.
     """
     if (rows := len(comparison.rows)) > MOST_MORE:
         raise ValueError(
-            f"designs under their conditions are {rows}, and at most {MOST_MORE} have room in the "
-            "figures; choose some of them"
+            f"the comparison has {rows} rows, and at most {MOST_MORE} have room in the figures; "
+            "select fewer trials"
         )
     marks = _marks(comparison)
     panels = [
@@ -96,7 +96,7 @@ def draw_comparison(comparison: Comparison) -> dict[str, Figure]:
 
 
 def _marks(comparison: Comparison) -> dict[Condition, str]:
-    """Return what tells conditions apart, where there are several."""
+    """Return the labels that distinguish conditions, if there are several."""
     conditions = comparison.conditions
     return {one: f"({i})" * (len(conditions) > 1) for i, one in enumerate(conditions, start=1)}
 
@@ -108,7 +108,7 @@ def _panels(
     xlabel: str,
     ylabel: str,
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of a panel per condition; what draws them returns more of their titles."""
+    """Return a figure with a panel per condition; `draw` returns the rest of a panel's title."""
     conditions, marks = comparison.conditions, _marks(comparison)
     made, axes = grid(
         len(conditions), height=SQUARE if len(conditions) > 1 else ALONE, is_shared=False
@@ -150,9 +150,9 @@ def draw_distances(comparison: Comparison) -> Figure:
         return "\n" + ("no SRCC" if numbers["srcc"] is None else srcc.format_map(numbers))
 
     handles = [style.line(MEANS, **_DOT, ls="none"), style.line("as simulated", **_SAME)]
-    around = ("distance simulated, voxel widths", "distance real, voxel widths")
+    around = ("simulated distance, voxel widths", "real distance, voxel widths")
     made, axes = _panels(comparison, draw, handles, *around)
-    style.lay_out(made)  # where the numbers go depends on how large the panels are
+    style.lay_out(made)  # the size of the panels decides where the numbers go
     same = np.repeat(np.linspace(0, 1, 100)[:, np.newaxis], 2, axis=1)
     for axis, (names, places, boxes) in zip(axes, words, strict=True):
         axis.apply_aspect()
@@ -162,7 +162,7 @@ def draw_distances(comparison: Comparison) -> Figure:
 
 
 def draw_headings(comparison: Comparison) -> Figure:
-    """Draw the error of every design's heading, and by how much its trials differ."""
+    """Draw the error of every design's heading, and the difference between its trials."""
 
     def draw(axis: Axes, numbers: Numbers) -> str:
         values, spread, usual = (
@@ -190,7 +190,7 @@ def _names(numbers: Numbers) -> list[str]:
 
 
 def page(comparison: Comparison, head: str, pictures: Mapping[str, bytes]) -> str:
-    """Return the page of a comparison, one file of HTML, with pictures as SVG."""
+    """Return the page of a comparison, one HTML file, with pictures as SVG."""
     tables = []
     for section in comparison.conditions.values():
         header, *rows = section.cells()

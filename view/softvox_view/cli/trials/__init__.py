@@ -1,7 +1,7 @@
 """softvox trials: runs of robots, kept as small files and compared with the simulator.
 
 Each of `SUBCOMMANDS` is a module with `add_parser(commands)`, which sets `run` and `parser` as a
-command's does, and is light to import.
+command's does, and is cheap to import.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""softvox trials add: files of tracks into the folder of trials."""
+"""softvox trials add: tracks from files, added to the folder of trials."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ example:
     --who "A. Person" --date 2026-11-27 --license CC-BY-4.0
 """
 
-#: Options, what they hold, as which type, and what that is: facts of a `Trial`, then of a `Film`.
+#: Options: name, metavar, type and help; those for facts of a `Trial`, then of a `Film`.
 RUN = (
     ("--surface", "TEXT", str, "what the robot stood on"),
     ("--who", "TEXT", str, "who ran it"),

@@ -89,7 +89,7 @@ def run(args: Namespace) -> int:
 
 
 def head(made: Comparison) -> str:
-    """Return what is compared, in words."""
+    """Return a description of what is compared."""
     left_out = counted(len(made.left_out), "trial")
     short = f" Left out, as too short: {left_out}." if made.left_out else ""
     lost = sum(row.diverged for row in made.rows)
@@ -98,7 +98,7 @@ def head(made: Comparison) -> str:
 
 
 def as_dict(made: Comparison) -> dict[str, Any]:
-    """Return a comparison as JSON has it."""
+    """Return a comparison ready for JSON."""
     return {
         "simulator": made.world.name,
         **made.world.to_dict(),
@@ -111,7 +111,7 @@ def as_dict(made: Comparison) -> dict[str, Any]:
 
 
 def _world(args: Namespace) -> Reality:
-    """Return the simulator that the options ask for."""
+    """Return the simulator that the options select."""
     if args.duration is not None:
         raise BadInputError(
             "--duration follows from the cycles of the trials; leave it out, and give --cycles"

@@ -52,10 +52,10 @@ per trial, or Parquet (.parquet, needs pyarrow), with a row per trial and its
 track as lists. The same trials give the same bytes.
 """
 
-#: By the ending of the file.
+#: Writers by the ending of the file.
 FORMS = {".jsonl": as_json_lines, ".parquet": as_parquet}
 
-#: At most so many characters of a text are shown.
+#: The most characters of a text to show.
 WIDE = 20
 
 
@@ -111,7 +111,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run_check(args: Namespace) -> int:
-    """Print a line per fault, and how many trials there are."""
+    """Print a line per fault, and the number of trials."""
     with bad_input():
         trials, faults, doubts = check(*folders_of(args))
     for line in (*faults, *(f"warning: {line}" for line in doubts)):
@@ -121,7 +121,7 @@ def run_check(args: Namespace) -> int:
 
 
 def run_merge(args: Namespace) -> int:
-    """Copy what is new, and say how many."""
+    """Copy new trials, and print how many."""
     with bad_input():
         added = merge(args.into, *args.folders)
     known = f", {counted(len(added.known), 'known one')} left alone" if added.known else ""
@@ -161,7 +161,7 @@ def run_export(args: Namespace) -> int:
 
 
 def table_of(trials: Sequence[Trial]) -> Section:
-    """Return what people see of trials."""
+    """Return the table of trials."""
     columns = (
         *(Column("digest", "digest"), Column("design", "design"), Column("source", "source")),
         *(Column("surface", "surface"), Column("powder", "powder")),
@@ -181,7 +181,7 @@ def table_of(trials: Sequence[Trial]) -> Section:
 
 
 def _record(trial: Trial) -> dict[str, Any]:
-    """Return what a trial's file says, but for the track, of which it has the end."""
+    """Return the content of a trial's file, with only the end of its track."""
     return {
         **{"digest": trial.digest, **trial.facts},
         **{"design": called(trial.design), "digits": trial.design.digits},

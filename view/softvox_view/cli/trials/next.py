@@ -1,4 +1,4 @@
-"""softvox trials next: which robots to build and test, by what the database holds."""
+"""softvox trials next: which robots to build and test next, based on the trials."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def run(args: Namespace) -> int:
 
 
 def _table(made: Sequence[Proposal]) -> Section:
-    """Return the proposals, the first choice first."""
+    """Return the table of proposals, best first."""
     ways = [None if one.displacement is None else one.displacement[:2] for one in made]
     headings = [None if way is None else plain(heading(way)) for way in ways]
     table = {
@@ -157,7 +157,7 @@ def _table(made: Sequence[Proposal]) -> Section:
 
 
 def _text(facts: dict[str, Any], table: Section) -> str:
-    """Return it for people."""
+    """Return the proposals as text."""
     along = "" if facts["heading"] is None else f" along {facts['heading']:g} degrees"
     designs = " ".join(str(row[0]) for row in table.rows)
     lines = [

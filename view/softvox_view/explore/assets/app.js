@@ -1,5 +1,5 @@
-// The page. `seen` is what it is to show, and is kept in the address; what is shown is dim until it is
-// that.
+// The page. `seen` is the requested state, which is kept in the address; what is shown stays dim until
+// it matches.
 
 import { keep } from "../../replay/assets/export.js";
 import { SoftvoxPlayer } from "../../replay/assets/player.js";
@@ -23,10 +23,10 @@ import { MapWindow } from "./zoom.js";
 
 const KINDS = [...find("kind").options].map((option) => option.value);
 const DEFAULTS = { design: "6453", compare: "", map: "fitness", ...NO_SCALE, ...FILTERS, ...NO_PATH, ...NO_TRIALS };
-const PATH = Object.keys(NO_PATH); // which searcher's path is shown
-const SECOND = "b."; // begins the names of the second world's parameters
+const PATH = Object.keys(NO_PATH); // the keys of the searcher's path that is shown
+const SECOND = "b."; // prefix of the second world's parameters
 const MAPS = ["map", "map-b"];
-const FADED = 0.88; // how far what does not pass a filter fades into a light grey
+const FADED = 0.88; // how far designs that fail a filter fade into a light grey
 const GREY = 228;
 
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
@@ -60,11 +60,11 @@ globalThis.softvox = {
   trials: async (design, name) => trials.runsOf(designOf(design), name),
 };
 
-let seen = { ...DEFAULTS, parameters: {}, versus: null }; // versus: of the second world, or none
+let seen = { ...DEFAULTS, parameters: {}, versus: null }; // versus: the second world's, or null
 let player = null;
 let shown = null; // the robots: {state, recording, moved}
 let pointed = null; // the design last under the pointer
-let hushing = 0; // the timer that takes words away
+let hushing = 0; // the timer that hides the message
 let seenPasses = []; // by design, whether it passes the filters
 const standard = { key: JSON.stringify(physicsWritten(known, {})), values: published };
 const [here, there] = [0, 1].map(() => new World(simulator, standard, showLandscapes));
@@ -94,9 +94,9 @@ const trials = new Trials(given.trials, (fields) => {
 });
 const showScatter = scatter(find("scatter"), choose, (design) => pointAt(design, "scatter"));
 
-// The address: only what differs from the defaults
+// The address: it has only what differs from the defaults
 
-/** Return the state that the address tells: texts by name; whatever else it has are parameters. */
+/** Return the state in the address: texts by name; all unknown names are parameters. */
 function read() {
   const state = { ...DEFAULTS, parameters: {}, versus: null };
   for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
@@ -107,7 +107,7 @@ function read() {
 }
 
 function written({ parameters, versus, ...state }) {
-  // All of a path is written, and nothing where there is none.
+  // A path is written with all its keys, or not at all.
   const isWritten = (name) =>
     PATH.includes(name) ? state.searcher && state[name] : state[name] !== DEFAULTS[name];
   const changed = Object.entries(state).filter(([name]) => isWritten(name));
@@ -115,14 +115,14 @@ function written({ parameters, versus, ...state }) {
   return new URLSearchParams([...changed, ...Object.entries(parameters), ...second]).toString();
 }
 
-/** Take on what is to be seen now; a step is one that the browser's Back undoes. */
+/** Take on a new state; a step can be undone by the browser's Back. */
 function record(changes, isStep) {
   seen = { ...seen, ...changes };
   const isNew = written(seen) !== written(read());
   history[isNew && isStep ? "pushState" : "replaceState"](null, "", `#${written(seen)}`);
 }
 
-/** Show what the address tells, all of it; what can't be stays as it was. */
+/** Show the state in the address; invalid parts of it leave the page as it was. */
 function show() {
   const asked = read();
   const checks = { map: kindOf, design: designOf, compare: (text) => text && designOf(text), ...scaleChecks };
@@ -159,7 +159,7 @@ function say(text, isGood = false) {
   hushing = setTimeout(say, isGood ? 4000 : 15_000, "");
 }
 
-/** Say what is wrong; return whether it was said beside a parameter. */
+/** Report an error; return whether it was shown beside a parameter. */
 function complain(error) {
   const isBeside = controls.complain(error.parameter, error.message);
   if (!isBeside) say(error.message);
@@ -169,20 +169,20 @@ function complain(error) {
 
 // The landscapes and the robots
 
-/** Show other robots, or other worlds: the robots at once, the landscapes as they are computed. */
+/** Show other robots or other worlds: the robots at once, the landscapes as they are computed. */
 function want(changes, isStep = true) {
   const notes = [];
   for (const name of ["parameters", "versus"].filter((world) => changes[world])) {
     try {
       physicsWritten(known, changes[name], notes);
     } catch (error) {
-      // What was typed stays where the mistake is its own.
+      // What was typed stays if the mistake is in it.
       if (name === "versus") say(`The second world: ${error.message}`);
       else if (!complain(error)) controls.parameters = seen.parameters;
       delete changes[name];
     }
   }
-  // A slider on its way is no step.
+  // While a slider moves, its values are no steps.
   record(changes, isStep && !(changes.parameters && !here.isWhole));
   find("notes").replaceChildren(...notes.map((words) => element("p", { text: `Note: ${words}` })));
   document.body.classList.toggle("two-worlds", Boolean(seen.versus));
@@ -195,11 +195,11 @@ function want(changes, isStep = true) {
   else settle();
 }
 
-/** The worlds that are shown: what they are called, their parameters and their landscapes. */
+/** The worlds that are shown: their names, parameters and landscapes. */
 function worlds() {
   const all = [{ parameters: seen.parameters, world: here }];
   if (seen.versus) all.push({ parameters: seen.versus, world: there });
-  // What both have tells nothing apart.
+  // Parameters that both worlds share distinguish nothing.
   const common = ([name, value]) => all.length > 1 && all.every(({ parameters }) => parameters[name] === value);
   return all.map((one) => {
     const own = Object.fromEntries(Object.entries(one.parameters).filter((change) => !common(change)));
@@ -213,7 +213,7 @@ function nameOfWorld({ preset, ...changes }) {
   return [...(preset || !words.length ? [preset ?? "published"] : []), ...words].join(", ").replaceAll("_", " ");
 }
 
-/** Dim what is not true yet, and tell how far it is. */
+/** Dim what is out of date, and show the progress. */
 function settle() {
   const [state, shows] = [seen, shown?.state].map((one) => one && robotsOf(one));
   const isTrue = same(state, shows);
@@ -229,7 +229,7 @@ function settle() {
   else delete document.body.dataset.parameters;
 }
 
-/** Show all that the landscapes tell, as far as they are known. */
+/** Show everything that depends on the landscapes, as far as they are known. */
 function showLandscapes() {
   paint();
   if (shown) showFacts();
@@ -248,7 +248,7 @@ function showLandscapes() {
 function paint() {
   const all = worlds();
   const isDraft = !all.every(({ world }) => world.isWhole);
-  // One scale for both worlds: they are coloured as if they were one, of twice as many designs.
+  // One scale for both worlds: they are coloured as if they were one, with twice as many designs.
   const joined = (rows) => Object.fromEntries(
     ["dx", "dy", "fitness", "noise"].map((name) => [name, rows.flatMap((row) => row[name] ?? [])]),
   );
@@ -271,7 +271,7 @@ function faded(colour, passes) {
   return passes ? colour : (colour ?? [255, 255, 255]).map((c) => GREY + (1 - FADED) * (c - GREY));
 }
 
-/** Tell about a design under the pointer, in all worlds, and ring it where the pointer is not. */
+/** Describe the design under the pointer in all worlds, and ring it where the pointer is not. */
 function pointAt(design, from) {
   if (from && seen.versus) {
     const ringed = (id) => ({ marks: { ...marks(), "": from === id ? "" : String(design ?? "") } });
@@ -295,7 +295,7 @@ function showLeaders() {
   finder.show(all, here.values.fitness, seenPasses.filter(Boolean).length);
 }
 
-/** Show how the ranks of two worlds go together. */
+/** Show how well the ranks of two worlds agree. */
 function showVersus() {
   const only = Object.keys(seen.versus ?? {}).join() === "preset" ? seen.versus.preset : "";
   find("kept").hidden = !seen.versus || Boolean(only);
@@ -347,7 +347,7 @@ function showFacts() {
   fillFacts(find("facts"), columns, atlas);
 }
 
-/** Mark what was tried on the map, and hold the robots that are shown against their trials. */
+/** Mark the designs with trials on the map, and compare the robots shown with their trials. */
 function showTrials() {
   showOnMaps({ tried: trials.marked(seen.trials) });
   const { made = [], names = [], recording } = shown ?? {};
@@ -381,14 +381,14 @@ function choose(text) {
   }
 }
 
-// What is done on the page
+// Actions on the page
 
 /** Go to an address. */
 function go(address) {
   location.hash = address;
 }
 
-/** A file's name that tells what differs from the published physics. */
+/** A file name with what differs from the published physics. */
 function nameOf(what) {
   const changes = Object.entries(seen.parameters).map(([name, value]) => `_${name}_${value}`);
   return [what, ...changes].join("").replace(/[^\w.+-]/g, "");
@@ -454,7 +454,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => show
 sayTouch();
 find("versus").append(...Object.keys(known.presets).map((name) => new Option(name.replaceAll("_", " "), name)));
 find("version").textContent = `softvox-gym ${version}.`;
-// On a narrow screen the robot itself comes first.
+// On a narrow screen the moving robot comes first.
 find("drawing").open = matchMedia("(min-width: 721px)").matches;
 fillable([find("map-panel"), find("robot-panel")]);
 const isEmpty = !location.hash.slice(1);

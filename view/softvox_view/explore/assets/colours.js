@@ -2,25 +2,25 @@
 
 const LIGHT = "#fff";
 const DARK = "#1a1f29";
-const LITTLE = 0.25; // voxel widths: what travels less has no heading, as of softvox_gym.real_tracks
+const LITTLE = 0.25; // voxel widths: a design that travels less has no heading, as in softvox_gym.real_tracks
 const UNKNOWN = [226, 230, 235]; // still being simulated
-const DIMMED = 0.86; // headings are darker than the white of those that have none
+const DIMMED = 0.86; // headings are darker than the white of designs without one
 
-/** The heading of a displacement, degrees from +x towards +y; null where it has none. */
+/** The heading of a displacement, degrees from +x towards +y; null if it has none. */
 export function heading(dx, dy) {
   return Math.hypot(dx, dy) >= LITTLE ? (Math.atan2(dy, dx) * 180) / Math.PI : null;
 }
 
-/** The angle between two headings, degrees from 0 to 180; null where either is. */
+/** The angle between two headings, degrees from 0 to 180; null if either is null. */
 export function between(first, second) {
   return first === null || second === null ? null : Math.abs(((second - first + 540) % 360) - 180);
 }
 
 /**
- * Return how to colour a map: {colour(design) -> [r, g, b] or null where it diverged,
+ * Return how to colour a map: {colour(design) -> [r, g, b], or null if it diverged,
  * scale(share) -> [r, g, b], grid: the colour of its lines, low, high, unit, shown: values by
- * design, range: [low, high] of the scale}. Colours go by "value" or "rank"; a top that is given is
- * where the scale ends.
+ * design, range: [low, high] of the scale}. Colours go by "value" or "rank"; a given top is the end
+ * of the scale.
  */
 export function colouring(kind, atlas, values, { by = "value", top } = {}) {
   const noise = "mean fitness under noise of level 1, published physics";
@@ -46,7 +46,7 @@ function amounts(shown, unit, by, top) {
   return { colour, scale, grid: LIGHT, low: "0", high: high.toFixed(2), unit: words, shown, range: [0, high] };
 }
 
-/** Return the share of those known that are below a value: the others keep their colours from outliers. */
+/** Return the share of the known values below a value, so that outliers don't take all the colours. */
 function quantileOf(shown) {
   const sorted = Float64Array.from(shown.filter((value) => (value ?? null) !== null)).sort();
   return (value) => {
@@ -98,7 +98,7 @@ export function drawScale(canvas, scale) {
   }
 }
 
-/** A picture of the map as a PNG: under it its scale, {low, unit, high}, and a line about the physics. */
+/** A picture of the map as a PNG, with its scale, {low, unit, high}, and a line about the physics below. */
 export function pictureOf(map, scale, { low, unit, high }, physics) {
   const margin = 16;
   const [bar, line] = [14, 20];
@@ -123,9 +123,9 @@ export function pictureOf(map, scale, { low, unit, high }, physics) {
   return all.convertToBlob();
 }
 
-// Colour maps as evenly spaced anchors: cividis (Nunez et al., 2018) is perceptually uniform and made
-// for the colour-blind, twilight is cyclic, PuOr (ColorBrewer, Apache 2.0) has neither red nor green,
-// and RdPu (as well) is on none of the maps.
+// Colour maps as evenly spaced anchors: cividis (Nunez et al., 2018) is perceptually uniform and
+// colour-blind safe, twilight is cyclic, PuOr (ColorBrewer, Apache 2.0) has neither red nor green,
+// and RdPu (also ColorBrewer) is on none of the maps.
 
 const cividis = anchors(`
   00224e 00285b 002e6a 053371 1a386f 273e6e 32436d 3b496c 434e6c 4b546c 535a6d 5a5f6e

@@ -4,7 +4,7 @@ import { element } from "./page.js";
 
 const PUBLISHED = "published";
 
-/** The form of all parameters; calls onChange(parameters) when one was let go. */
+/** The form of all parameters; it calls onChange(parameters) when a control is released. */
 export class Controls {
   #rows = {};
   #form;
@@ -29,7 +29,7 @@ export class Controls {
     this.#add("actuation", "Actuation", choice(actuations), actuations[0]);
   }
 
-  /** Show parameters, texts by name; what is missing is as published. */
+  /** Show parameters, texts by name; missing ones have their published values. */
   set parameters(values) {
     this.#others = Object.fromEntries(Object.entries(values).filter(([name]) => !this.#rows[name]));
     const world = this.#presets[values.preset] ?? this.#presets[PUBLISHED];
@@ -42,7 +42,7 @@ export class Controls {
     this.complain();
   }
 
-  /** Say under a parameter what is wrong, and of no other; return whether there is such a parameter. */
+  /** Show an error under a parameter, and clear all others; return whether there is such a parameter. */
   complain(name, message = "") {
     if (name && !Object.hasOwn(this.#rows, name)) return false;
     for (const [own, { field, error }] of Object.entries(this.#rows)) {
@@ -60,7 +60,7 @@ export class Controls {
     const box = element("div", { class: "parameter" }, label, range ?? "", field, error);
     const row = { box, field, range, error, standard };
     field.addEventListener("change", () => {
-      // A world takes the place of all that was changed.
+      // Choosing a world discards all changes.
       if (name === "preset") this.parameters = { preset: field.value };
       this.#fill(row, field.value.trim() || row.standard);
       if (range) range.value = field.value;
@@ -68,7 +68,7 @@ export class Controls {
     });
     if (range) {
       range.id = `slider-${name}`;
-      // The published value need not be a whole number of steps: the slider's nearest stands for it.
+      // The published value may lie between steps: the slider's nearest step stands for it.
       range.addEventListener("input", () => {
         const isNearest = Math.abs(range.value - row.standard) < range.step / 2;
         this.#fill(row, isNearest ? row.standard : range.value);
@@ -79,7 +79,7 @@ export class Controls {
     this.#form.append(box);
   }
 
-  /** Tell what differs from the published physics, or from the world chosen. */
+  /** Show what differs from the published physics, or from the chosen world. */
   #changed() {
     this.complain();
     const changed = Object.entries(this.#rows).filter(([, { field, standard }]) => field.value !== standard);

@@ -1,13 +1,13 @@
-// How the best so far rises along searchers' paths.
+// The best fitness so far along searchers' paths.
 
 import { evaluationColour } from "./colours.js";
 import { element } from "./page.js";
 import { bestUpto } from "./panels.js";
 import { MARKERS } from "./sheet.js";
 
-const [LEFT, RIGHT, UP, DOWN] = [46, 290, 12, 132]; // the axes' ends
+const [LEFT, RIGHT, UP, DOWN] = [46, 290, 12, 132]; // the ends of the axes
 
-/** Draw the curves of paths; returns what moves their cursor to an evaluation. */
+/** Draw the curves of paths; return a function that moves their cursor to an evaluation. */
 export function drawCurves(svg, paths, fitness) {
   const most = Math.max(...paths.map(({ designs }) => designs.length));
   const optimum = Math.max(...fitness);
@@ -20,7 +20,7 @@ export function drawCurves(svg, paths, fitness) {
     const attributes = { d: `${steps.join("")}H${x(designs.length)}`, fill: "none", stroke: colour, "stroke-width": 2 };
     return element("svg:path", attributes);
   });
-  // The key of the dots' colours is the axis itself.
+  // The axis itself is the key of the dots' colours.
   const key = Array.from({ length: 50 }, (_, k) => {
     const width = (RIGHT - LEFT) / 50;
     const place = { x: LEFT + k * width, y: DOWN + 4, width: width + 0.5, height: 7 };
@@ -49,7 +49,7 @@ export function drawCurves(svg, paths, fitness) {
   };
 }
 
-/** The shape that tells a path from others, 1 in size. */
+/** The marker that distinguishes a path, 1 in size. */
 export function markerOf(k, attributes) {
   return element("svg:polygon", { points: MARKERS[k].join(" "), stroke: "#000", "stroke-width": 0.25, ...attributes });
 }

@@ -40,12 +40,12 @@ export function simulateOn(wasm, { shared, actuation, shape, digits, strain, pha
   }
 }
 
-/** Workers that simulate; the urgent comes first, and what is no longer wanted never begins. */
+/** Workers that simulate: urgent batches first; batches no longer wanted never start. */
 export class Pool {
   #queue = [];
   #idle;
 
-  /** Start workers on the engine's bytes, as many as the machine has processors. */
+  /** Start workers with the engine's bytes, one per processor. */
   constructor(bytes, count = navigator.hardwareConcurrency || 2) {
     const source = `${simulateOn}
 const ready = new Promise((resolve) => {
@@ -71,8 +71,8 @@ async function answer({ data }) {
   }
 
   /**
-   * Simulate the batch that make() returns, as `simulateOn` does; where a signal aborts, the promise
-   * never settles. A batch is made once its turn has come, so that many do not hold the page up.
+   * Simulate the batch that make() returns, as `simulateOn` does. If a signal aborts, the promise never
+   * settles. A batch is made only when its turn comes, so that many batches do not block the page.
    */
   run(make, { isUrgent = false, signal } = {}) {
     return new Promise((resolve, reject) => {

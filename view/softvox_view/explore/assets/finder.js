@@ -1,15 +1,15 @@
-// Which designs are looked at: filters, the fittest of those that pass, and one by chance.
+// The designs to look at: filters, the fittest designs that pass, and a random one.
 
 import { between, heading } from "./colours.js";
 import { element, find } from "./page.js";
 import { digitsOf, drawRobot } from "./robot.js";
 
-/** Filters as the address has them; "" lets all pass. */
+/** Filters as in the address; "" lets all pass. */
 export const FILTERS = { voxels: "", active: "", towards: "", robust: "", each: "", tried: "" };
 const SECTOR = 22.5; // degrees to both sides of a heading
 const PAGE = 12; // robots
 
-/** Return which designs pass, a row of true and false. */
+/** Return which designs pass, as an array of true and false. */
 export function passing(filters, { counts, noise, fitness: published, tried }, { dx, dy, fitness }) {
   const { voxels, active, towards, robust } = filters;
   const turn = (i) => between(heading(dx[i], dy[i]), Number(towards)) ?? Infinity;
@@ -23,7 +23,7 @@ export function passing(filters, { counts, noise, fitness: published, tried }, {
   });
 }
 
-/** Return how many voxels designs have, and how many of them are active. */
+/** Return the number of voxels of designs, and of active voxels. */
 export function countsOf(designs) {
   return designs.map((design) => {
     const digits = digitsOf(design);
@@ -31,7 +31,7 @@ export function countsOf(designs) {
   });
 }
 
-/** Return the fittest first of the designs that pass; of each class the first where classes are given. */
+/** Return the designs that pass, fittest first; if classes are given, only the first of each class. */
 export function leadersOf(ranking, passes, classes) {
   const told = new Set();
   return ranking.filter((design) => {
@@ -41,10 +41,10 @@ export function leadersOf(ranking, passes, classes) {
   });
 }
 
-/** The panel: onFilter(filters) is called when one was changed, onPick(design) when a robot was chosen. */
+/** The panel: it calls onFilter(filters) when a filter changes, onPick(design) when a robot is chosen. */
 export class Finder {
   #form = find("filters");
-  #all = []; // that pass, the fittest first
+  #all = []; // the designs that pass, fittest first
   #shown = PAGE;
 
   constructor(onFilter, onPick) {
@@ -65,7 +65,7 @@ export class Finder {
     return { ...FILTERS, ...Object.fromEntries(new FormData(this.#form)) };
   }
 
-  /** Set filters; return the names of those that there are not. */
+  /** Set filters; return the names of invalid ones. */
   set(filters) {
     return Object.keys(FILTERS).filter((name) => {
       const field = this.#form[name];
@@ -75,7 +75,7 @@ export class Finder {
     });
   }
 
-  /** Show the fittest of a list of all that pass, the fittest first. */
+  /** Show the fittest of all that pass; the list is sorted, fittest first. */
   show(all, fitness, total) {
     this.#all = all;
     this.fitness = fitness;

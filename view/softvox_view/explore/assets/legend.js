@@ -1,4 +1,4 @@
-// What explains the map's colours, and the choice of them: by value or rank, a scale that is locked.
+// The explanation of the map's colours, and their options: by value or rank, a locked scale.
 
 import { colouring, drawScale } from "./colours.js";
 import { element, find } from "./page.js";
@@ -8,14 +8,14 @@ import { Refused } from "./physics.js";
 /** In the address: colours by value or rank, "group:top" of a locked scale, how many are outlined. */
 export const NO_SCALE = { by: "value", lock: "", outline: "" };
 
-const GROUPS = { fitness: "fitness", noise: "fitness", difference: "difference" }; // maps of one scale
-const RANKED = ["fitness", "noise"]; // ranking differences would hide where there is none
+const GROUPS = { fitness: "fitness", noise: "fitness", difference: "difference" }; // maps with a common scale
+const RANKED = ["fitness", "noise"]; // ranks of differences would hide that there are none
 const EXPLAINED = "Bars: number of designs, on a log scale.";
 const BINS = 64;
 const SECTORS = 36;
 const ALLOWED = { by: /^(value|rank)$/, lock: /^((fitness|difference):(?![0.]+$)\d+(\.\d+)?)?$/, outline: /^(100)?$/ };
 
-/** What checks a part of the address: it returns the text, or says that it can't be. */
+/** Checks of parts of the address: each returns the text, or throws if it is invalid. */
 export const scaleChecks = Object.fromEntries(
   Object.entries(ALLOWED).map(([name, allowed]) => [name, (text) => {
     if (allowed.test(text)) return text;
@@ -24,10 +24,10 @@ export const scaleChecks = Object.fromEntries(
 );
 
 export class Legend {
-  #before = {}; // by group: where the scale ended, and what was said of it
+  #before = {}; // by group: where the scale ended, and the text about it
   #now = null;
 
-  /** Changes of the address are told to onChange(changes). */
+  /** Changes of the address go to onChange(changes). */
   constructor(onChange) {
     const told = {
       by: ({ value }) => value,
@@ -39,7 +39,7 @@ export class Legend {
     }
   }
 
-  /** Return how to paint the map, and explain it; of a draft nothing is said that lasts. */
+  /** Return how to paint the map, and explain it; a draft leaves no lasting text. */
   show({ map, by, lock, outline }, atlas, values, isDraft) {
     const group = GROUPS[map];
     const [lockedGroup, lockedTop] = lock.split(":");
@@ -48,7 +48,7 @@ export class Legend {
       by: RANKED.includes(map) ? by : "value",
       top: isLocked ? Number(lockedTop) : undefined,
     });
-    // Rounded up, so that the address is short and nothing lies above.
+    // Rounded up, so that the address is short and no value lies above.
     this.#now = { group, top: Math.ceil(made.range[1] * 1e4) / 1e4 };
     Object.assign(find("by"), { value: by, disabled: !RANKED.includes(map) });
     Object.assign(find("lock"), { checked: isLocked, disabled: !group || !this.#now.top });
@@ -79,7 +79,7 @@ export class Legend {
   }
 }
 
-/** How many of the values shown lie in each part of the range; those beyond it in the last. */
+/** The number of values in each part of the range; those beyond it count in the last. */
 function binned({ shown, range: [low, high] }, bins) {
   const counts = new Array(bins).fill(0);
   for (const value of shown) {
@@ -90,13 +90,13 @@ function binned({ shown, range: [low, high] }, bins) {
   return counts;
 }
 
-/** A path, as wide as there are counts and 1 high; by logarithms, so that one among thousands is seen. */
+/** A path, as wide as there are counts and 1 high; logarithmic, so that one among thousands is visible. */
 function histogram(counts) {
   const most = Math.log1p(Math.max(...counts, 1));
   return `M0 1${counts.map((count, i) => `V${1 - Math.log1p(count) / most}H${i + 1}`).join("")}V1Z`;
 }
 
-/** Draw the key of headings: a ring of their colours, and in it how many go each way. */
+/** Draw the key of headings: a ring of their colours, and in it the number of designs per heading. */
 function drawRing(parent, scale, counts) {
   const most = Math.max(...counts, 1);
   const corner = (k, r) => [-r * Math.cos((2 * Math.PI * k) / SECTORS), r * Math.sin((2 * Math.PI * k) / SECTORS)];

@@ -1,4 +1,4 @@
-// The map: every design a cell, with marks, searchers' paths, and a cursor for mouse and keys.
+// The map: every design is a cell; with marks, searchers' paths, and a cursor for mouse and keys.
 
 import { evaluationColour } from "./colours.js";
 import { digitsOf, paintRobot } from "./robot.js";
@@ -7,8 +7,8 @@ import { gestures, MapWindow } from "./zoom.js";
 
 const JUMP = 9; // cells, with Shift: the side of a square two levels deep
 const KEY_ZOOMS = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, 0: 0 };
-const ROBOT_CELL = 34; // px: robots are drawn in cells that are as wide,
-const MOST_ROBOTS = 14; // and this many across at most
+const ROBOT_CELL = 34; // px: robots are drawn in cells at least this wide,
+const MOST_ROBOTS = 14; // with at most this many across
 const ARROW_ROOM = 24; // px that an arrow needs
 const TOP_COLOUR = "#f0003c";
 const PICTURE = 648; // px
@@ -16,13 +16,15 @@ const PICTURE = 648; // px
 const LEVELS = [[1, 0.6, 0.3], [3, 1, 0.3], [9, 1.5, 0.35], [27, 2.5, 0.6]];
 
 /**
- * Make a map of a canvas, of what a MapWindow shows; it calls onPick(design) and onPoint(design).
- * Returns {paint, show, picture}; picture() is a canvas with what is seen, however small the map.
+ * Make a map on a canvas that shows what a MapWindow selects; it calls onPick(design) and
+ * onPoint(design). Returns {paint, show, picture}; picture() is a canvas with the visible part,
+ * however small the map.
  *
  * paint({colour, grid, arrows, top}) colours the cells: colour(design) is [r, g, b], or null to
- * cross it out; arrows {dx, dy}, to be drawn, and top, designs to outline, may be absent.
- * show(what) shows over the colours: marks {letter: design}; best {from, to}, where the best went,
- * or null; paths [{designs, best, colour}] and upto, of how many evaluations; tried {designs, colour}.
+ * cross it out; arrows {dx, dy} to draw, and top, designs to outline, are optional.
+ * show(what) draws over the colours: marks {letter: design}; best {from, to}, the old and the new best,
+ * or null; paths [{designs, best, colour}] and upto, their number of evaluations; tried {designs,
+ * colour}.
  */
 export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   const pixels = new OffscreenCanvas(side, side);
@@ -46,7 +48,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     if (place) onPoint(designAt(place));
   }
 
-  /** Zoom about the cursor, or the middle. */
+  /** Zoom about the cursor, or about the middle. */
   function zoomByKey(factor) {
     if (!cursor) return seen.zoom(factor);
     const [x, y] = sheet.at(cursor.map((k) => k + 0.5));
@@ -102,7 +104,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     pen.globalAlpha = 1;
   }
 
-  /** Draw arrows for squares of so many cells that there is room for one in each. */
+  /** Draw arrows, each for a square of so many cells that it has room. */
   function drawArrows() {
     const block = [1, 3, 9, 27].find((block) => block * sheet.cell >= ARROW_ROOM) ?? 27;
     const [off, part] = hasRobots() ? [0.32, 0.34] : [0, 0.9]; // beside a robot, not on it
@@ -155,7 +157,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
 
   function drawMark([letter, design]) {
     if (!design || !sheet.has(middleOf(design))) return;
-    // Whole also where the cell is at the edge.
+    // A mark is drawn whole even if its cell is at the edge.
     const reach = Math.max(8, sheet.cell / 2 - 2);
     const on = (k, margin) => Math.min(Math.max(k, margin), sheet.width - margin);
     const [x, y] = centre(design).map((k) => on(k, reach + 3));
@@ -168,7 +170,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
     else sheet.write(letter, x < sheet.width - aside - 16 ? x + aside : x - aside, y, 18);
   }
 
-  /** Trace a cell [column, row] and so many pixels around it. */
+  /** Trace a cell [column, row] with a margin in pixels. */
   function traceCell(place, margin) {
     const [x, y] = sheet.at([place[0], place[1] + 1]).map((k) => k - margin);
     sheet.pen.rect(x, y, sheet.cell + 2 * margin, sheet.cell + 2 * margin);
@@ -222,7 +224,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
         else diverged.push(design);
       });
       pixels.getContext("2d").putImageData(image, 0, 0);
-      const made = {}; // by the squares' side, once they are asked for
+      const made = {}; // by the squares' side, made on demand
       const arrowsFor = (block) => (made[block] ??= arrows ? arrowsOf(arrows, cells, side, block) : []);
       painted = { diverged, grid, arrows: arrowsFor, top };
       canvas.dataset.outlined = top.length;
@@ -241,7 +243,7 @@ export function landscapeMap(canvas, { side, cells }, onPick, onPoint, seen) {
   };
 }
 
-/** Where arrows stand and point, one for the mean displacement of each square of so many cells. */
+/** Places and directions of arrows, one for the mean displacement of each square of cells. */
 function arrowsOf({ dx, dy }, cells, side, block) {
   const across = side / block;
   const sums = Array.from({ length: across * across }, () => [0, 0]);
@@ -254,7 +256,7 @@ function arrowsOf({ dx, dy }, cells, side, block) {
   const made = sums.map(([x, y], k) => ({
     place: [k % across, Math.floor(k / across)].map((at) => (at + 0.5) * block),
     angle: Math.atan2(-y, x),
-    share: Math.sqrt(Math.hypot(x, y) / most), // a root, to see where to also what travels less goes
+    share: Math.sqrt(Math.hypot(x, y) / most), // the root keeps short arrows visible
   }));
   return made.filter(({ share }) => share > 0.2);
 }

@@ -1,16 +1,16 @@
-// The page's elements, and what it came with.
+// The page's elements, and its embedded data.
 
 import { unbase64 } from "./recording.js";
 
 export const find = (id) => document.getElementById(id);
 
-/** Where there is no mouse, say what a finger does: elements have their words for it in data-touch. */
+/** Without a mouse, use the texts for fingers: elements have them in data-touch. */
 export function sayTouch() {
   if (!matchMedia("(pointer: coarse)").matches) return;
   for (const one of document.querySelectorAll("[data-touch]")) one.textContent = one.dataset.touch;
 }
 
-/** A new element: its attributes ("text" is what it says) and children. */
+/** A new element, with attributes ("text" is its content) and children. */
 export function element(tag, { text, ...attributes } = {}, ...children) {
   const made = tag.startsWith("svg:")
     ? document.createElementNS("http://www.w3.org/2000/svg", tag.slice(4))
@@ -29,7 +29,7 @@ export async function unpacked(text) {
 
 const newest = {};
 
-/** What a promise becomes, unless another of the same name is given before that: then nothing. */
+/** Settle as a promise does, unless a newer one of the same name replaces it: then never. */
 export function latest(name, promise) {
   newest[name] = promise;
   const isWanted = () => newest[name] === promise;

@@ -1,12 +1,12 @@
-// Words and numbers: robots, changes, a path; and the table to download.
+// Words and numbers: robots, changes, a path; and the table for download.
 
 import { heading } from "./colours.js";
 import { element } from "./page.js";
 import { digitsOf } from "./robot.js";
 
-export const TOP = 100; // of the fittest, compared
+export const TOP = 100; // the number of fittest designs to compare
 
-/** A number with its sign, or a word where the design diverged. */
+/** A number with its sign, or a word if the design diverged. */
 function number(value, decimals = 2, plus = "") {
   if (value === undefined) return "not known yet";
   if (value === null) return "diverged";
@@ -15,7 +15,7 @@ function number(value, decimals = 2, plus = "") {
   return Number(text) === 0 ? text : sign + text;
 }
 
-/** The rank of a design, from 1: one more than there are better ones. */
+/** The rank of a design: 1 plus the number of better ones. */
 export function rankOf(fitness, design) {
   if (fitness[design] === null) return "none";
   return 1 + fitness.filter((value) => value !== null && value > fitness[design]).length;
@@ -32,7 +32,7 @@ export function inShort(design, atlas, { dx, dy, fitness }) {
   ].join(", ");
 }
 
-/** The same of another world, shorter. */
+/** A shorter line about the same design in another world. */
 export function inBrief(design, { dx, dy, fitness }) {
   return [`fitness ${number(fitness[design])}`, ...headingInWords(dx[design], dy[design])].join(", ");
 }
@@ -43,7 +43,7 @@ function headingInWords(dx, dy) {
 }
 
 /**
- * Fill the table of facts with columns {name, design, moved: [dx, dy], world}; of two there is the
+ * Fill the table of facts with columns {name, design, moved: [dx, dy], world}; two columns get their
  * difference as well.
  */
 export function fillFacts(table, columns, atlas) {
@@ -87,12 +87,12 @@ export function fillFacts(table, columns, atlas) {
   table.replaceChildren(row(element("td"), names, "th", { scope: "col" }), ...body);
 }
 
-/** All designs, the fittest first; of equals the lower number, and what diverged last. */
+/** All designs, fittest first; ties by number, and diverged designs last. */
 export function ranking(fitness) {
   return fitness.map((_, i) => i).sort((a, b) => (fitness[b] ?? -1) - (fitness[a] ?? -1));
 }
 
-/** The fittest hundred, or as many as did not diverge; of a ranking that is there already. */
+/** The fittest hundred, or fewer if more diverged; from a given ranking. */
 export function topOf(fitness, order = ranking(fitness)) {
   return order.slice(0, TOP).filter((design) => fitness[design] !== null);
 }
@@ -129,12 +129,12 @@ export function improvements({ designs, fitness }) {
   });
 }
 
-/** The best of a path after so many evaluations, {design, at}, or nothing. */
+/** The best of a path after some evaluations, {design, at}, or nothing. */
 export function bestUpto({ best }, upto) {
   return best.filter(({ at }) => at < upto).at(-1);
 }
 
-/** Tell how far a path came. */
+/** Describe how far a path came. */
 export function pathInShort(path, upto, atlas) {
   const best = bestUpto(path, upto);
   const different = new Set(path.designs.slice(0, upto)).size;
@@ -154,7 +154,7 @@ export function wordsOf(parameters) {
   return `physics: ${changes.join(", ") || "as published"}`;
 }
 
-/** All designs as they are now, as CSV; the numbers carry every bit. */
+/** All designs with their current values, as CSV; the numbers are exact. */
 export function csvOf(atlas, { dx, dy, fitness }) {
   const head = "design,digits,dx,dy,fitness,diverged,fitness_published,mean_under_noise";
   const rows = fitness.map((value, i) => {

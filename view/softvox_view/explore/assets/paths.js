@@ -1,4 +1,4 @@
-// Searchers' paths: the form that asks for them, what plays them, and how they compare.
+// Searchers' paths: the form for them, their playback, and their comparison.
 
 import { drawCurves, markerOf } from "./curve.js";
 import { element, find, latest, unpacked } from "./page.js";
@@ -6,18 +6,18 @@ import { bestUpto, improvements, pathInShort, rankOf } from "./panels.js";
 import { Refused } from "./physics.js";
 import { search, SEARCHERS } from "./search.js";
 
-/** In the address: the path asked for last, and in `also` those beside it. */
+/** In the address: the path asked for last, and in `also` the ones beside it. */
 export const NO_PATH = { results: "", searcher: "", seed: "1", budget: "100", also: "" };
 
-const ASKED = ["searcher", "seed", "budget", "results"]; // of one path, in the order of `also`
-const COLOURS = ["#d55e00", "#0084c8", "#009e73", "#b35fa0"]; // as many as may be shown together
+const ASKED = ["searcher", "seed", "budget", "results"]; // the fields of a path, in the order of `also`
+const COLOURS = ["#d55e00", "#0084c8", "#009e73", "#b35fa0"]; // also the limit of paths shown together
 const PLAY_SECONDS = 8; // for all evaluations,
-const SLOWEST = 4; // and so many per second at least
+const SLOWEST = 4; // but at least this many per second
 
 const askedOf = (fields) => Object.fromEntries(ASKED.map((name) => [name, fields[name] ?? ""]));
 const isAsked = (a, b) => ASKED.every((name) => a[name] === b[name]);
 
-/** Paths as `also` has them: random.2.100*hill_climber.3.100.folder; what separates is escaped. */
+/** Paths as `also` has them: random.2.100*hill_climber.3.100.folder; separators are escaped. */
 function alsoOf(paths) {
   const plain = (text) => encodeURIComponent(text).replaceAll(".", "%2E").replaceAll("*", "%2A");
   return paths.map(({ fields }) => ASKED.map((name) => plain(fields[name])).join(".").replace(/\.$/, "")).join("*");
@@ -44,7 +44,7 @@ export class Paths {
   #moveCursor;
   #playing = 0; // the number of an animation frame, or 0
 
-  /** Paths are shown by onShow({paths, upto}); what the form asked for goes to onWish(fields). */
+  /** onShow({paths, upto}) shows paths; onWish(fields) gets what the form asked for. */
   constructor(results, fitness, onShow, onWish) {
     [this.#results, this.#fitness, this.#onShow, this.#onWish] = [results, fitness, onShow, onWish];
     const on = (id, type, handler) => find(id).addEventListener(type, handler);
@@ -69,8 +69,8 @@ export class Paths {
   }
 
   /**
-   * Show the paths that fields tell. Where the form asked for them, the address takes them on once
-   * they are there, and what can't be had leaves all as it was.
+   * Show the paths that fields describe. If the form asked for them, the address changes once they are
+   * there; if they can't be had, all stays as it was.
    */
   async show(fields, isOfForm) {
     this.#offer(fields.results);
@@ -88,7 +88,7 @@ export class Paths {
     }
   }
 
-  /** Ask for the path that the form tells, beside those that are kept. */
+  /** Ask for the form's path, beside those that are kept. */
   #wish(kept) {
     const asked = askedOf(Object.fromEntries(new FormData(find("path"))));
     if (kept.some(({ fields }) => isAsked(fields, asked))) {
@@ -106,7 +106,7 @@ export class Paths {
     }));
   }
 
-  /** Let a searcher search, or take what one did from what was recorded. */
+  /** Run a searcher, or look up a recorded run. */
   async #search({ results: folder, searcher, ...numbers }) {
     for (const [name, least, most] of [["seed", 0, 1e15], ["budget", 1, 2000]]) {
       const number = (numbers[name] = Number(numbers[name] || NaN));
@@ -132,7 +132,7 @@ export class Paths {
     };
   }
 
-  /** Offer the searchers of some results, or those that the page runs. */
+  /** Offer the searchers of some results, or those that run in the page. */
   #offer(folder) {
     const names = Object.keys((folder ? this.#results[folder] : SEARCHERS) ?? {});
     find("searcher").replaceChildren(new Option("none", ""), ...names.map((s) => new Option(s, s)));
@@ -182,7 +182,7 @@ export class Paths {
     });
   }
 
-  /** Play from where the slider is, from the start where it is at the end. */
+  /** Play from the slider's position, or from the start if it is at the end. */
   #play() {
     const slider = find("upto");
     const most = Number(slider.max);

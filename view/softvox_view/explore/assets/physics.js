@@ -1,7 +1,7 @@
-// The physics as softvox_gym.Physics has it. What there is to know of its parameters comes with the
-// page, `known`: {specs, presets, actuations, parameters in C's order, stepsPerCycle, mostSteps}.
+// The physics, as in softvox_gym.Physics. The facts about its parameters come with the page, in
+// `known`: {specs, presets, actuations, parameters in C's order, stepsPerCycle, mostSteps}.
 
-/** What can't be had; `parameter` names what was wrong, where it was one. */
+/** An invalid request; `parameter` names the wrong parameter, if there is one. */
 export class Refused extends Error {
   constructor(message, parameter) {
     super(message);
@@ -10,10 +10,10 @@ export class Refused extends Error {
 }
 
 /**
- * Return a physics, the published one with some changes or a preset, checked: values by name.
+ * Return a checked physics, values by name: the published one with some changes, or a preset.
  *
- * @param {object|string} changes By name; or the name of a preset, as its key "preset" may be.
- * @param {string[]} [notes] Gets what is allowed but rarely meant.
+ * @param {object|string} changes By name; or the name of a preset, which may also be the key "preset".
+ * @param {string[]} [notes] Receives notes on what is allowed but probably a mistake.
  */
 export function physicsOf(known, changes = {}, notes = []) {
   if (typeof changes !== "string" && Object(changes) !== changes) {
@@ -85,7 +85,7 @@ function checkTogether(known, physics, notes) {
   }
 }
 
-/** The share of the longest stable time step that a step takes: Physics of Python says how. */
+/** The time step as a share of the longest stable one; Physics in Python explains it. */
 function loadOf({ time_step_fraction, damping_link, damping_ground, damping_global, poisson_ratio }) {
   const step = time_step_fraction / (2 * Math.PI);
   const link = step * (damping_link + step / 2);
@@ -97,7 +97,7 @@ function loadOf({ time_step_fraction, damping_link, damping_ground, damping_glob
   return Math.max(moving, turning, 20 * Math.sqrt(6) * step * damping_global);
 }
 
-/** x^3, correctly rounded: of whole numbers, and a power of two. */
+/** x^3, correctly rounded, for whole numbers times a power of two. */
 function cube(x) {
   let halvings = 0;
   while (!Number.isInteger(x)) {
@@ -114,7 +114,7 @@ export function timeStep({ edge, youngs_modulus, density, time_step_fraction }) 
   return time_step_fraction / (2 * Math.PI * Math.sqrt(stiffness / mass));
 }
 
-/** The physics that the texts of a page's parameters stand for; a tilted floor is a tilted gravity. */
+/** The physics of the page's parameters, which are texts; a tilted floor is a tilted gravity. */
 export function physicsWritten(known, { preset, actuation, ...texts }, notes = []) {
   const numbers = {};
   for (const [name, text] of Object.entries(texts)) {
@@ -130,7 +130,7 @@ export function physicsWritten(known, { preset, actuation, ...texts }, notes = [
   return tilt ? { ...physics, gravity: tilted([0, 0, physics.gravity], tilt, downhill) } : physics;
 }
 
-/** Gravity, a vector, as seen from a floor that is tilted by so many degrees towards a heading. */
+/** Gravity, a vector, as seen from a floor tilted by some degrees towards a heading. */
 export function tilted(gravity, tilt, downhill) {
   if (!tilt) return gravity;
   const [cosine, sine] = cosSin((tilt * Math.PI) / 180);
@@ -141,7 +141,7 @@ export function tilted(gravity, tilt, downhill) {
   return [gx + change * x, gy + change * y, along * sine + gz * cosine];
 }
 
-/** Cosine and sine to the same bits in every browser, as softvox_gym.portable has them. */
+/** Cosine and sine with the same bits in every browser, as in softvox_gym.portable. */
 function cosSin(angle) {
   const halvings = 8;
   const small = angle / 2 ** halvings;
@@ -156,14 +156,14 @@ function cosSin(angle) {
   return [cosine, sine];
 }
 
-/** The digits of designs of the 2 x 2 x 2 lattice, one after the other. */
+/** The digits of designs of the 2 x 2 x 2 lattice, one design after the other. */
 export function digitsOfAll(designs) {
   return Uint8Array.from(designs.flatMap((design) => SITES.map((_, i) => Math.floor(design / 3 ** i) % 3)));
 }
 
 export const SITES = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1, (i >> 1) & 1, i >> 2]); // [x, y, z]
 
-/** What `simulateOn` takes of designs under a physics; strain and phase may be of every site. */
+/** The input of `simulateOn` for designs under a physics; strain and phase may be per site. */
 export function batchOf(known, physics, designs, { strain, phase, frames = 0 } = {}) {
   const digits = digitsOfAll(designs);
   const { edge, settle_time, actuation, gravity, single_precision_rest } = physics;
@@ -186,7 +186,7 @@ export function batchOf(known, physics, designs, { strain, phase, frames = 0 } =
   };
 }
 
-/** dx, dy, dz of every design in voxel widths, NaN where it diverged: of what `simulateOn` returned. */
+/** dx, dy, dz of every design in voxel widths, NaN if it diverged, from `simulateOn`'s facts. */
 export function displacementsOf(facts, { edge }, designs) {
   const moved = new Float64Array(3 * designs.length);
   designs.forEach((design, i) => {

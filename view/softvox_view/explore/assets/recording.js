@@ -1,11 +1,11 @@
-// Recordings for the player, as softvox_view.replay.data makes them; that says what is in them.
+// Recordings for the player, in the format of softvox_view.replay.data, which describes it.
 
 import { digitsOfAll, displacementsOf, SITES, timeStep } from "./physics.js";
 
 const STEPS = 2 ** 15 - 1; // the count that stands for 1
-const HALF_WAY = 1.5 * 2 ** 52; // added and taken away, it rounds to a whole number, ties to even
+const HALF_WAY = 1.5 * 2 ** 52; // adding and subtracting it rounds to a whole number, ties to even
 
-/** Return the recording of designs that `simulateOn` made with so many steps between frames. */
+/** Return the recording of designs that `simulateOn` simulated with so many steps between frames. */
 export function recordingOf({ facts, frames, count }, physics, designs, every, style) {
   const step = timeStep(physics);
   const moved = displacementsOf(facts, physics, designs);
@@ -78,7 +78,7 @@ function largest(values) {
   return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 }
 
-/** From where the camera sees the whole robot: softvox_gym.rendering.fitting_distance. */
+/** The distance at which the camera sees the whole robot: softvox_gym.rendering.fitting_distance. */
 function distanceOf(places, edges, { fill, smallest_radius }) {
   const reach = places.map(([x, y, z], i) => Math.sqrt(x * x + y * y + z * z) + Math.sqrt(0.75) * edges[i]);
   return fill * Math.max(smallest_radius, ...reach);
@@ -97,9 +97,9 @@ export function unbase64(text) {
 }
 
 /**
- * Return recordings of the same designs in several worlds, called by names, as one, as
- * softvox_view.replay.versus does: each design's robots in one panel, side by side. All are on one
- * clock, the coarsest, and a frame is the nearest in time, counted from when the pump begins.
+ * Return recordings of the same designs in several named worlds as one, as softvox_view.replay.versus
+ * does: each design's robots are in one panel, side by side. All use the coarsest clock, and show the
+ * nearest frame in time, counted from the start of the pump.
  */
 export function together(recordings, names) {
   const [first] = recordings;
@@ -124,14 +124,14 @@ export function together(recordings, names) {
   return { ...first, frames: count, seconds_per_frame: step, settle_time, cycles, robots };
 }
 
-/** Where a robot's path leads from a frame to its end, radians. */
+/** The direction of a robot's path from a frame to its end, radians. */
 function headingOf({ centre }, from) {
   const path = new Float32Array(unbase64(centre).buffer);
   const [x, y] = [0, 1].map((axis) => path.at(axis - 3) - path[3 * from + axis]);
   return Math.atan2(y, x);
 }
 
-/** A robot with the frames nearest to a clock's. */
+/** A robot with the frames nearest to those of another clock. */
 function timed(robot, { frames, seconds_per_frame, settle_time }, step, count, settled) {
   const speed = step / seconds_per_frame;
   const lead = (settle_time - settled) / seconds_per_frame;

@@ -1,4 +1,4 @@
-// Designs and small drawings of them, and the diagram in which one is drawn by clicking its voxels.
+// Designs as small drawings, and the diagram in which clicks on voxels draw one.
 
 import { element } from "./page.js";
 import { digitsOfAll, Refused, SITES } from "./physics.js";
@@ -7,7 +7,7 @@ const NAMES = ["absent", "passive", "active"];
 const FILLS = [null, [77, 214, 237], [242, 69, 56]]; // of softvox_gym.rendering
 const FARTHEST_FIRST = [2, 3, 6, 0, 7, 1, 4, 5];
 
-// The three faces that are seen, as corners of the unit cube, their middle, and how bright they are.
+// The three visible faces: corners of the unit cube, their middle, and their brightness.
 const FACES = [
   [[[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [0.5, 0.5, 1], 1],
   [[[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], [0.5, 0, 0.5], 0.84],
@@ -19,7 +19,7 @@ export function digitsOf(design) {
   return digitsOfAll([Number(design)]).join("");
 }
 
-/** The number, as a text, of the design that a number or digits stand for. */
+/** The number, as a text, of the design given by a number or digits. */
 export function designOf(text) {
   const given = String(text);
   if (/^[012]{8}$/.test(given)) return String(parseInt([...given].reverse().join(""), 3));
@@ -27,7 +27,7 @@ export function designOf(text) {
   throw new Refused(`design '${given}' is neither a number from 0 to 6560 nor 8 digits 0, 1, 2`);
 }
 
-/** Where a point is seen, from azimuth −62° and elevation 27°. */
+/** Project a point, as seen from azimuth −62° and elevation 27°. */
 function project([x, y, z]) {
   const [u, v, w] = [x - 1, y - 1, z - 1];
   return [0.8829 * u + 0.4695 * v, 0.2131 * u - 0.4008 * v - 0.891 * w];
@@ -46,13 +46,13 @@ function cubeOf(i, digit) {
     const fill = `rgb(${FILLS[digit].map((c) => Math.round(c * light)).join(" ")})`;
     const shape = { points: corners.map(placed).join(" "), fill, class: "face", stroke: "#1a1f29", "stroke-width": 0.04 };
     const [cx, cy] = placed(middle);
-    // The dot tells active voxels from passive ones without colour.
+    // The dot distinguishes active voxels from passive ones without colour.
     const dot = digit === "2" ? [element("svg:circle", { cx, cy, r: 0.1 })] : [];
     return [element("svg:polygon", shape), ...dot];
   });
 }
 
-// A voxel looks the same wherever it is: it is drawn once, from [left, top] of its lowest corner on.
+// A voxel looks the same wherever it is, so it is drawn once, from [left, top] of its lowest corner.
 const STAMP = { left: -0.05, top: -1.35, across: 1.46, down: 1.62, pixels: 50 };
 const stamps = {}; // by digit
 
@@ -74,7 +74,7 @@ function stampOf(digit) {
   return canvas.transferToImageBitmap();
 }
 
-/** Paint a robot about [x, y] of a canvas, a voxel so many pixels wide. */
+/** Paint a robot about [x, y] of a canvas, with a voxel's width in pixels. */
 export function paintRobot(pen, digits, [x, y], width) {
   pen.imageSmoothingEnabled = true;
   for (const i of FARTHEST_FIRST.filter((i) => digits[i] !== "0")) {
@@ -84,7 +84,7 @@ export function paintRobot(pen, digits, [x, y], width) {
   }
 }
 
-/** The address of a picture of designs as they are built, beside each other. */
+/** The URL of a picture of designs as built, side by side. */
 export function pictureOfRobots(designs) {
   const parts = designs.map((design, i) => {
     const own = element("svg:svg", { x: 3.4 * i, width: 3.4, height: 3.3, viewBox: "-1.7 -1.9 3.4 3.3" });
@@ -98,8 +98,8 @@ export function pictureOfRobots(designs) {
 }
 
 /**
- * Fill an element with the 2 x 2 x 2 diagram: each click takes a voxel from absent to passive to
- * active, and calls onChange(digits). Returns what shows digits in it.
+ * Fill an element with the 2 x 2 x 2 diagram: each click changes a voxel from absent to passive to
+ * active, and calls onChange(digits). Returns a function that shows digits in it.
  */
 export function editor(parent, onChange) {
   let shown = "00000000";

@@ -1,10 +1,10 @@
-// Searchers that run in the page, on the published landscape. All others are recorded ones.
+// Searchers that run in the page, on the published landscape; all others are recorded.
 
 const SITE_COUNT = 8;
 
 export const SEARCHERS = { random, hill_climber: hillClimber };
 
-/** Let one evaluate so many different designs; returns {designs, fitness, recommended}. */
+/** Run a searcher for a number of different designs; returns {designs, fitness, recommended}. */
 export function search(name, { seed, budget }, table) {
   const designs = [];
   const told = new Map();
@@ -24,7 +24,7 @@ function random(ask, told, { order }) {
   order.every(ask);
 }
 
-/** To the best of up to eight unknown neighbours, where it is better; else anew from a random one. */
+/** Try up to eight unknown neighbours, move to the best if it is better; else restart at random. */
 function hillClimber(ask, told, { order, shuffle }) {
   const best = (designs) => designs.reduce((a, b) => (told.get(b) > told.get(a) ? b : a));
   for (let here of order) {

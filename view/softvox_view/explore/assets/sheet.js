@@ -1,6 +1,6 @@
 // A pen that draws over the cells of the map.
 
-/** Shapes that tell searchers apart, by their corners about [0, 0]. */
+/** Shapes that distinguish searchers, as corners about [0, 0]. */
 export const MARKERS = [
   [[-1, -1], [1, -1], [1, 1], [-1, 1]],
   [[0, -1.35], [1.25, 0.95], [-1.25, 0.95]],
@@ -11,18 +11,18 @@ export const MARKERS = [
 /** A pin, which points at [0, 0]. */
 export const PIN = [[0, 0], [-1.1, -1.4], [-1.1, -2.5], [1.1, -2.5], [1.1, -1.4]];
 
-/** Draws what a window shows into a square; lengths are CSS pixels, places are cells. */
+/** Draws the content of a window into a square; lengths are CSS pixels, places are cells. */
 export class Sheet {
   constructor(pen, width, seen) {
     Object.assign(this, { pen, width, seen, cell: width / seen.span });
   }
 
-  /** Where a place on the map, in cells from the lower left, is in the square. */
+  /** The position in the square of a place on the map, in cells from the lower left. */
   at([column, row]) {
     return [(column - this.seen.left) * this.cell, this.width - (row - this.seen.bottom) * this.cell];
   }
 
-  /** Whether a place is seen, or is less than a margin of cells away. */
+  /** Whether a place is visible, or less than a margin of cells away. */
   has(place, margin = 0) {
     return this.at(place).every((k) => Math.abs(k - this.width / 2) < this.width / 2 + margin * this.cell);
   }
@@ -36,13 +36,13 @@ export class Sheet {
     this.pen.stroke();
   }
 
-  /** Draw lines with a dark rim, to be seen on any colour. */
+  /** Draw lines with a dark rim, visible on any colour. */
   outlined(trace, colour = "#fff", thick = 2) {
     this.lines("#000", 1.5 * thick + 2, trace);
     this.lines(colour, thick, trace);
   }
 
-  /** Connect points, with an arrowhead where there is room for it. */
+  /** Connect points, with an arrowhead if there is room for it. */
   chain(points, colour) {
     this.outlined((pen) => {
       points.forEach((point) => pen.lineTo(...point));
@@ -53,7 +53,7 @@ export class Sheet {
     }, colour);
   }
 
-  /** Trace an arrow about a point, its angle counted clockwise from the right. */
+  /** Trace an arrow about a point, with its angle clockwise from the right. */
   arrow([x, y], angle, long) {
     const [across, down] = [Math.cos(angle), Math.sin(angle)].map((part) => (part * long) / 2);
     this.pen.moveTo(x - across, y - down);
@@ -77,7 +77,7 @@ export class Sheet {
     this.pen.fill();
   }
 
-  /** Write about a point, where that is seen whole at the edge too. */
+  /** Write a text about a point, moved inward at the edge so that all of it is visible. */
   write(text, left, top, size) {
     const whole = (k) => (k < 0 || k > this.width ? k : Math.min(Math.max(k, size / 2), this.width - size / 2));
     const [x, y] = [left, top].map(whole);

@@ -1,4 +1,4 @@
-// What the page computes, and what it offers to the curious as `softvox`.
+// The page's simulations, which the console offers as `softvox`.
 
 import { Pool } from "./engine.js";
 import { batchOf, displacementsOf, physicsOf, Refused, SITES, timeStep } from "./physics.js";
@@ -6,10 +6,10 @@ import { recordingOf } from "./recording.js";
 
 const DESIGNS = 6561;
 const ALL = Array.from({ length: DESIGNS }, (_, design) => design);
-const BLOCK = 24; // designs: few, so that a click has not long to wait
-const FRAMES = { perCycle: 20, fewest: 100, most: 600 }; // of a recording, whatever the frequency is
+const BLOCK = 24; // designs: few, so that a click does not wait long
+const FRAMES = { perCycle: 20, fewest: 100, most: 600 }; // of a recording, at any frequency
 
-/** Simulates designs of the 2 x 2 x 2 lattice; a physics is what `physicsOf` takes. */
+/** Simulates designs of the 2 x 2 x 2 lattice; a physics is anything that `physicsOf` accepts. */
 export class Simulator {
   #known;
   #pool;
@@ -20,12 +20,12 @@ export class Simulator {
   }
 
   /**
-   * Return dx, dy and dz of designs in voxel widths, in order, as a Float64Array; NaN where diverged.
+   * Return dx, dy and dz of designs in voxel widths, in order, as a Float64Array; NaN if diverged.
    *
    * @param {number[]} designs Their numbers.
    * @param {object|string} [physics] Changes to the published one by name, or a preset's name.
    * @param {object} [options] strain and phase, of every site of every design; onBlock(places,
-   *   displacements), told of some designs as they are done; signal, which ends all when it aborts,
+   *   displacements), called when some designs are done; signal, which stops the work when it aborts,
    *   and then the promise never settles.
    */
   async simulate(designs, physics = {}, { strain, phase, onBlock, signal } = {}) {
@@ -39,7 +39,7 @@ export class Simulator {
     }
     const checked = physicsOf(this.#known, physics);
     const moved = new Float64Array(3 * given.length);
-    // Those of one body plan side by side, as they are simulated together.
+    // Designs of one body plan side by side, as they are simulated together.
     const isVoxel = (design, i) => Math.sign(Math.floor(design / 3 ** i) % 3);
     const plan = given.map((design) => SITES.reduce((bits, _, i) => 2 * bits + isVoxel(design, i), 0));
     const order = given.map((_, place) => place).sort((a, b) => plan[b] - plan[a]);
@@ -58,14 +58,14 @@ export class Simulator {
     return moved;
   }
 
-  /** Return the same of all designs. */
+  /** Return the displacements of all designs. */
   landscape(physics = {}, options = {}) {
     return this.simulate(ALL, physics, options);
   }
 
   /**
-   * Return designs in motion, before anything else that waits: {recording: for the player, moved:
-   * their displacements}.
+   * Return designs in motion, before all other waiting work: {recording: for the player, moved: their
+   * displacements}.
    */
   async recording(designs, physics = {}) {
     const checked = physicsOf(this.#known, physics);

@@ -1,11 +1,11 @@
-// Five steps for newcomers; each is an address that the page goes to.
+// Five steps for newcomers; each goes to an address of the page.
 
 import { find } from "./page.js";
 
 const LAID_OUT = 150; // ms
 const TOLD = "softvox-story";
 
-// Title, address, the panel concerned, and the text.
+// Title, address, panel, and text.
 const CHAPTERS = [
   ["One voxel breathes", "design=2", "robot-panel", `A voxel is a soft cube. Every edge of this red one grows
     by 24 % and shrinks again, four times a second, as if it were pumped up. Alone it goes nowhere.`],
@@ -57,7 +57,7 @@ export function story(isFirstVisit, go) {
   if (isFirstVisit && !remembered()) tell(0);
 }
 
-/** Whether it was told here before; a browser may store nothing for a page from disk. */
+/** Whether the story was told before; the browser may store nothing for a page opened from disk. */
 function remembered(isTold) {
   try {
     if (isTold) localStorage.setItem(TOLD, "1");

@@ -1,4 +1,4 @@
-// Trials of robots: which designs were tried, on the map, and their tracks beside the simulated ones.
+// Trials of robots: the designs with trials, on the map, and their tracks beside the simulated ones.
 
 import { between, heading } from "./colours.js";
 import { element, find } from "./page.js";
@@ -7,21 +7,21 @@ import { unbase64 } from "./recording.js";
 import { PIN } from "./sheet.js";
 
 /**
- * In the address: what the trials shown were tried in, "" for the first and NONE for none of them; and
- * whether whole runs are compared, of however many cycles.
+ * In the address: the condition of the trials shown, "" for the first and NONE for no trials; and
+ * whether whole runs are compared, with any number of cycles.
  */
 export const NO_TRIALS = { trials: "", whole: "" };
 
 const NONE = "none";
-const TRIED_COLOURS = { measured: "#ff8a1f", simulated: "#45a3ff" }; // as in app.css, on any map
-const NAMED = 9; // designs at most, where some are refused
+const TRIED_COLOURS = { measured: "#ff8a1f", simulated: "#45a3ff" }; // as in app.css, visible on any map
+const NAMED = 9; // most designs named in a refusal
 const AROUND = 0.5; // voxel widths around the tracks
-const PIXELS = [440, 240]; // about, of the drawing
+const PIXELS = [440, 240]; // approximate size of the drawing
 
 export class Trials {
   #given;
 
-  /** Trials by what they were tried in; other choices go to onChoose(changes of the address). */
+  /** Trials by condition; other choices go to onChoose(changes of the address). */
   constructor(given, onChoose) {
     this.#given = given;
     const names = Object.keys(given);
@@ -33,7 +33,7 @@ export class Trials {
     find("whole").addEventListener("change", ({ target: { checked } }) => onChoose({ whole: checked ? "yes" : "" }));
   }
 
-  /** Return what the address says, or say that it can't be. */
+  /** Return the condition in the address, or throw if it is invalid. */
   check(name) {
     const names = Object.keys(this.#given);
     if (!name || name === NONE || Object.hasOwn(this.#given, name)) return name;
@@ -41,13 +41,13 @@ export class Trials {
     throw new Refused(`there are no trials ${name}; ${there}`);
   }
 
-  /** What was tried in what the address says, {name, source, designs}, or nothing. */
+  /** The trials of the condition in the address, {name, source, designs}, or nothing. */
   chosen(name) {
     const key = name || Object.keys(this.#given)[0];
     return this.#given[key] && { name: key, ...this.#given[key] };
   }
 
-  /** Return the runs of a design, [{points}]; one that was not tried is refused. */
+  /** Return the runs of a design, [{points}]; throw if it has none. */
   runsOf(design, name) {
     const chosen = this.chosen(this.check(name));
     if (!chosen) throw new Refused("no trials are shown, so there is no data on them");
@@ -61,7 +61,7 @@ export class Trials {
     );
   }
 
-  /** What the map marks: the designs that were tried, and in which colour. */
+  /** The designs with trials, for the map, and their colour. */
   marked(name) {
     const { designs = {}, source } = this.chosen(name) ?? {};
     return { designs: Object.keys(designs).map(Number), colour: TRIED_COLOURS[source] };
@@ -96,7 +96,7 @@ function pin(source) {
   return element("svg:svg", size, element("svg:polygon", shape));
 }
 
-/** The track of a robot of a recording, [[cycle, x, y]] in voxel widths; it ends where moved says. */
+/** The track of a robot in a recording, [[cycle, x, y]] in voxel widths; its end is replaced by moved. */
 export function trackOf({ centre, last }, { seconds_per_frame, settle_time, frequency_hz, physics }, moved) {
   if (!Number.isFinite(moved[0])) return null;
   const values = new Float32Array(unbase64(centre).buffer);
@@ -110,7 +110,7 @@ export function trackOf({ centre, last }, { seconds_per_frame, settle_time, freq
   return [[0, 0, 0], ...moving, [end, moved[0], moved[1]]];
 }
 
-/** Where a track is after so many cycles: it is straight between its points. */
+/** The position on a track after some cycles, interpolated linearly. */
 export function at(points, cycle) {
   const next = points.findIndex(([own]) => own >= cycle);
   if (next < 0) return points.at(-1);
@@ -121,9 +121,9 @@ export function at(points, cycle) {
 }
 
 /**
- * Hold tracks against the runs of a design, after as many cycles as all of them have, or where each ends.
- * Returns columns {name, kind, cycles, end, distance, heading, turn, apart}, the trials' mean last; null
- * is what there is none of.
+ * Compare tracks with the runs of a design, after as many cycles as all of them have, or each at its
+ * end. Returns columns {name, kind, cycles, end, distance, heading, turn, apart}, the trials' mean
+ * last; missing values are null.
  */
 export function compared(simulated, runs, source, isWhole) {
   const all = [...simulated.filter(({ points }) => points), ...runs];

@@ -1,11 +1,11 @@
-// Two worlds beside each other: how alike their ranks are, and a picture of them.
+// Two worlds compared: the agreement of their ranks, and a picture of it.
 
 import { ranking, TOP } from "./panels.js";
 
-const NEAR = 12; // canvas pixels: how far from a point a click still means it
+const NEAR = 12; // canvas pixels: the greatest distance at which a click picks a point
 const MARGIN = 8;
 
-/** Kendall's tau-b of two rows of numbers, after Knight (1966): in n log n steps. */
+/** Kendall's tau-b of two arrays of numbers, after Knight (1966), in n log n steps. */
 export function kendall(first, second) {
   const count = first.length;
   const places = [...first.keys()].sort((i, j) => first[i] - first[j] || second[i] - second[j]);
@@ -24,7 +24,7 @@ export function kendall(first, second) {
   return (pairs - a - b + both - 2 * disagreeing) / Math.sqrt(pairs - a) / Math.sqrt(pairs - b);
 }
 
-/** How many pairs of values are equal. */
+/** The number of pairs of equal values. */
 function tied(values) {
   const counts = new Map();
   for (const value of values) counts.set(value, (counts.get(value) ?? 0) + 1);
@@ -32,9 +32,9 @@ function tied(values) {
 }
 
 /**
- * Make a scatter of ranks of a canvas, the best to the right and at the top; it calls onPick(design)
- * and onPoint(design or null). Returns show({fitness: two rows, marks, point}), of which what is
- * missing stays.
+ * Make a scatter plot of ranks on a canvas, the best at the upper right; it calls onPick(design) and
+ * onPoint(design or null). Returns show({fitness: two arrays, marks, point}); missing arguments keep
+ * their last values.
  */
 export function scatter(canvas, onPick, onPoint) {
   const pen = canvas.getContext("2d");

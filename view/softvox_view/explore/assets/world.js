@@ -1,11 +1,11 @@
-// A landscape whose physics changes: its cells fill in as they come, and a new wish ends the old one.
+// A landscape whose physics changes: its cells fill in as results arrive, and a new request ends the old.
 
 const KEPT = 16; // landscapes
-const PAUSE = 100; // ms between two looks at one that is under way, so that the page stays quick
+const PAUSE = 100; // ms between updates of a landscape in progress, so that the page stays quick
 
 const kept = new Map(); // landscapes by their physics, so that going back costs nothing
 
-/** What the map shows of displacements: null where one diverged, undefined where not known yet. */
+/** The values on the map from displacements: null if a design diverged, undefined if not known yet. */
 export function valuesOf(dx, dy) {
   const values = { dx: [], dy: [], fitness: [] };
   dx.forEach((x, design) => put(values, design, x, dy[design]));
@@ -22,17 +22,17 @@ function put({ dx, dy, fitness }, design, x, y) {
 /** All designs under one physics. */
 export class World {
   values; // {dx, dy, fitness}, by design
-  done; // how many of them are known
+  done; // the number of designs that are known
   #simulator;
   #published;
   #onChange;
   #ending = new AbortController();
-  #key; // of the physics that it has, or comes to have
+  #key; // of its physics, current or being computed
 
   /**
    * @param {Simulator} simulator
-   * @param {object} published What is known without computing: {key: its physics as JSON, values}.
-   * @param {function} onChange Told when more of it is known.
+   * @param {object} published The landscape known beforehand: {key: its physics as JSON, values}.
+   * @param {function} onChange Called when more of it is known.
    */
   constructor(simulator, published, onChange) {
     this.#simulator = simulator;
@@ -47,7 +47,7 @@ export class World {
     return this.done === this.values.fitness.length;
   }
 
-  /** Take on a physics, unless it is the one; the promise is kept once all is known. */
+  /** Take on a physics, unless it has it; the promise settles once all is known. */
   async become(physics) {
     const key = JSON.stringify(physics);
     if (key === this.#key) return;
@@ -75,7 +75,7 @@ export class World {
     this.#onChange();
   }
 
-  /** End what is being computed. */
+  /** Stop the computation. */
   stop() {
     this.#ending.abort();
     this.#ending = new AbortController();

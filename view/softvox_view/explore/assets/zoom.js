@@ -1,13 +1,13 @@
-// The part of the map that is seen, and the gestures that change it.
+// The visible part of the map, and the gestures that change it.
 
 const NEAREST_CELLS = 3; // across
 const ZOOM_PER_LINE = 1.1; // of a wheel
-const SCROLLING = 200; // ms: a wheel that just scrolled the page still does
+const SCROLLING = 200; // ms during which a wheel that just scrolled the page goes on doing so
 const TREMBLE = 6; // px: a press that moves less is still a click
 
-/** A square of cells, {left, bottom, span}, for any number of maps; places are shares [across, up] of it. */
+/** A square of cells, {left, bottom, span}, shared by any number of maps; places are shares [across, up] of it. */
 export class MapWindow {
-  watchers = []; // called where it moved
+  watchers = []; // called when it moved
 
   constructor(side) {
     Object.assign(this, { side, left: 0, bottom: 0, span: side });
@@ -23,7 +23,7 @@ export class MapWindow {
     return [on(this.left + across * this.span), on(this.bottom + up * this.span)];
   }
 
-  /** Zoom in by a factor, 0 for the whole; what was at one place is then at another, as a rule the same. */
+  /** Zoom in by a factor, 0 for the whole map; what was at `from` is then at `to`, if the map's edge allows. */
   zoom(factor, from = [0.5, 0.5], to = from) {
     const span = Math.min(Math.max(this.span / factor, NEAREST_CELLS), this.side);
     const [left, bottom] = from.map((share, axis) => share * this.span - to[axis] * span);
@@ -31,7 +31,7 @@ export class MapWindow {
     this.#moveTo(this.left + left, this.bottom + bottom);
   }
 
-  /** Move as little as shows a whole cell. */
+  /** Move as little as needed to show a whole cell. */
   include([column, row]) {
     const to = (low, k) => Math.min(Math.max(low, k + 1 - this.span), k);
     this.#moveTo(to(this.left, column), to(this.bottom, row));
@@ -44,8 +44,8 @@ export class MapWindow {
 }
 
 /**
- * Let mouse and touch move a window over its canvas: the wheel and two fingers zoom, a drag pans.
- * Calls onPoint(place) under a mouse, or null where it has left, and onPick(place).
+ * Let mouse and touch move a window over its canvas: wheel and two fingers zoom, a drag pans. Calls
+ * onPoint(place) under a mouse, or null once it has left, and onPick(place).
  */
 export function gestures(canvas, seen, onPoint, onPick) {
   const pressed = new Map(); // by pointer: [x, y] in pixels

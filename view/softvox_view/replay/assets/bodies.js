@@ -1,6 +1,6 @@
-/** The robots of a recording: their voxels at every frame, and what follows from them. */
+/** The robots of a recording: their voxels at every frame, and derived quantities. */
 
-const COUNTS = 2 ** 15 - 1; // that stand for 1
+const COUNTS = 2 ** 15 - 1; // the count that stands for 1
 
 // The corners of a cube, by bits x, y, z; those of its faces +x, -x, +y, -y, +z, -z, anticlockwise.
 export const CUBE_CORNERS = Array.from({ length: 8 }, (_, c) => [0, 1, 2].map((axis) => 2 * ((c >> axis) & 1) - 1));
@@ -8,14 +8,14 @@ export const CUBE_FACES = [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4
 
 export const NUMBERS_PER_FACE = 13; // four corners, and whether it is active
 
-/** One robot. Lengths are voxel widths; a robot of several in a scene is moved aside. */
+/** One robot. Lengths are voxel widths; if a scene has several robots, each is shifted. */
 export class Body {
   #skin;
   #position; // of each voxel from the centre of mass
   #quaternion; // w, x, y, z
   #edge;
 
-  /** @param {number} begin The frame with which the pump begins. */
+  /** @param {number} begin The frame at which the pump starts. */
   constructor(robot, begin) {
     const numbers = (name, scale) => Float64Array.from(new Int16Array(bytesOf(robot[name]).buffer), (n) => (n / COUNTS) * scale);
     Object.assign(this, { begin, voxels: robot.active.length, active: robot.active, distance: robot.distance });
@@ -28,12 +28,12 @@ export class Body {
     this.#skin = joined(sitesOf(robot));
   }
 
-  /** Where the centre of mass is: x, y, z. */
+  /** The centre of mass: x, y, z. */
   centre(frame) {
     return [...this.path.subarray(3 * frame, 3 * frame + 3)];
   }
 
-  /** How far it is from where it was when the pump began. */
+  /** The distance from where it was when the pump started. */
   gone(frame) {
     const [[x, y], [from, on]] = [this.centre(frame), this.centre(this.begin)];
     return frame < this.begin ? 0 : Math.hypot(x - from, y - on);
@@ -43,7 +43,7 @@ export class Body {
     return this.#edge[frame * this.voxels + voxel];
   }
 
-  /** The volume of its voxels over that which they were built with. */
+  /** The volume of its voxels, relative to the volume as built. */
   volume(frame) {
     const cubes = (k) => this.#edge.subarray(k * this.voxels, (k + 1) * this.voxels).map((edge) => edge ** 3);
     const [now, built] = [frame, 0].map((k) => cubes(k).reduce((sum, cube) => sum + cube, 0));
@@ -55,7 +55,7 @@ export class Body {
     return this.centre(frame).map((value, axis) => value + this.#position[first + axis]);
   }
 
-  /** Of length 1: w, x, y, z. */
+  /** A unit quaternion: w, x, y, z. */
   quaternion(frame, voxel) {
     const first = 4 * (frame * this.voxels + voxel);
     const values = [...this.#quaternion.subarray(first, first + 4)];
@@ -63,7 +63,7 @@ export class Body {
     return values.map((value) => value / length);
   }
 
-  /** The corners of its voxels, x, y, z in turns; with a skin neighbours share them, each the mean of theirs. */
+  /** The corners of its voxels, x, y, z in turn; with a skin, neighbours share the mean of their corners. */
   corners(frame, isSkin) {
     const places = new Float64Array(24 * this.voxels);
     for (let v = 0; v < this.voxels; v++) {
@@ -76,7 +76,7 @@ export class Body {
     return isSkin ? averaged(places, this.#skin.group) : places;
   }
 
-  /** The faces that can be seen from outside, relative to a point: 13 numbers each. */
+  /** The faces visible from outside, relative to a point: 13 numbers each. */
   faces(frame, isSkin, [x, y, z]) {
     const places = this.corners(frame, isSkin);
     const faces = [];
@@ -93,7 +93,7 @@ export class Body {
     return faces;
   }
 
-  /** By how much a corner is under the floor at most. */
+  /** The greatest depth of a corner below the floor. */
   sunk() {
     let lowest = 0;
     for (let frame = this.begin; frame < this.frames; frame += 3) {
@@ -104,14 +104,14 @@ export class Body {
   }
 }
 
-/** Return where on the lattice each voxel was built. */
+/** Return the site of the lattice where each voxel was built. */
 function sitesOf({ digits, shape = [2, 2, 2] }) {
   const [nx, ny] = shape;
   const sites = [...digits].map((_, i) => [i % nx, Math.floor(i / nx) % ny, Math.floor(i / nx / ny)]);
   return sites.filter((_, i) => digits[i] !== "0");
 }
 
-/** Return which corners are one, as neighbours share them, and which faces are outside. */
+/** Return which corners coincide, as neighbours share them, and which faces are outside. */
 function joined(sites) {
   const places = new Map(sites.map((site, v) => [site.join(), v]));
   const group = Int32Array.from({ length: 8 * sites.length }, (_, i) => i);
@@ -145,7 +145,7 @@ function averaged(places, group) {
   return places.map((_, k) => sums[3 * group[Math.floor(k / 3)] + (k % 3)] / count[group[Math.floor(k / 3)]]);
 }
 
-/** Return the rows of the matrix of a quaternion of length 1. */
+/** Return the rows of the rotation matrix of a unit quaternion. */
 function rotation([w, x, y, z]) {
   return [
     [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -1,4 +1,4 @@
-/** Where robots are seen from, how that becomes a picture, and the ruler along their way. */
+/** The camera on robots, its projection, and the ruler along their way. */
 
 const NEAREST = 0.05; // voxel widths
 const MOST_TICKS = 2000; // of a ruler, on either side of the start
@@ -9,7 +9,7 @@ const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
 const within = (value, low, high) => Math.min(Math.max(value, low), high);
 const inRadians = (degrees) => (degrees * Math.PI) / 180;
 
-/** The way of the first of some robots, along which a ruler lies: as of softvox_gym.rendering.Stage. */
+/** The way of the first of some robots, which has the ruler: as in softvox_gym.rendering.Stage. */
 export class Route {
   constructor(style, bodies) {
     const [from, to] = [bodies[0].begin, bodies[0].frames - 1].map((frame) => bodies[0].centre(frame));
@@ -43,12 +43,12 @@ export class Route {
     return this.#on(place.slice(0, 2), this.ahead);
   }
 
-  /** A point so far along the ruler, and off it towards the viewer. */
+  /** A point at a distance along the ruler, and off it towards the viewer. */
   point(along, off = 0) {
     return add(add(this.origin, this.ahead, along), this.aside, this.gap + off);
   }
 
-  /** The ruler's lines, x, y from and to, the first the longest. */
+  /** The ruler's lines, x, y of both ends, the longest first. */
   lines() {
     const ticks = this.numbers().map((s) => [s, 0, s, this.tick * (s % this.step ? 1 : 2)]);
     return [[this.low, 0, this.high, 0], ...ticks].map(([a, b, c, d]) => [...this.point(a, b), ...this.point(c, d)]);
@@ -63,9 +63,9 @@ const pairs = (path) => Array.from({ length: path.length / 3 }, (_, k) => [path[
 const ends = (values) => [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
 
 /**
- * Return a target and a distance that show all paths, or the robots now where they are too long.
+ * Return a target and a distance that show all paths, or only the robots if the paths are too long.
  *
- * The picture's two directions on the floor are taken one by one: to the right, and to the viewer.
+ * The picture's two directions on the floor are treated separately: right, and towards the viewer.
  */
 function framed(style, route, now, count, azimuth, panel) {
   const axes = [[-Math.sin(azimuth), Math.cos(azimuth)], [Math.cos(azimuth), Math.sin(azimuth)]];
@@ -87,10 +87,10 @@ function framed(style, route, now, count, azimuth, panel) {
 
 /**
  * Return the camera for the robots of a panel, whose centres are `now`. It follows them, or sees all
- * of their paths. An azimuth of 0 looks across the way, which then goes to the right.
+ * of their paths. At azimuth 0 it looks across the way, which then goes to the right.
  *
  * Lengths are voxel widths, and places are relative to `anchor`, a grid point near the target, which
- * keeps single precision precise. Right and up are half the picture's width and height, seen from a
+ * keeps single precision accurate. Right and up are half the picture's width and height, seen from a
  * distance of 1.
  */
 export function cameraOf(style, route, now, view, panel) {
@@ -129,7 +129,7 @@ export function cameraOf(style, route, now, view, panel) {
   };
 }
 
-/** Return where in a panel (from 0 to 1, to the right and down) a point is, by default of the floor; null behind the eye. */
+/** Return where a point, by default on the floor, is in a panel (0 to 1, right and down); null behind the eye. */
 export function onPanel({ rows, anchor }, [x, y, z = 0]) {
   const [across, up, , depth] = rows.map((row) => dot(row, [...add([x, y, z], anchor, -1), 1]));
   return depth > NEAREST ? [(1 + across / depth) / 2, (1 - up / depth) / 2] : null;

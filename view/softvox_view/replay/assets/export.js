@@ -1,11 +1,11 @@
-/** What is seen as files: pictures, films, and glTF for other programs (Khronos Group, glTF 2.0, 2021). */
+/** Exports of the view: pictures, films, and glTF for other programs (Khronos Group, glTF 2.0, 2021). */
 
 import { CUBE_CORNERS, CUBE_FACES } from "./bodies.js";
 
 const FILM_TYPES = ["video/mp4;codecs=avc1.42E01F", "video/mp4", "video/webm;codecs=vp9", "video/webm"];
-const APART = 5; // voxel widths between robots that have no place of their own
+const APART = 5; // voxel widths between robots without positions of their own
 
-/** The kind of film that this browser makes of a canvas, as a MIME type; null where it makes none. */
+/** The kind of film that this browser can record of a canvas, as a MIME type; null if none. */
 export function filmType() {
   if (!globalThis.MediaRecorder || !HTMLCanvasElement.prototype.captureStream) return null;
   return FILM_TYPES.find((type) => MediaRecorder.isTypeSupported(type)) ?? null;
@@ -31,14 +31,14 @@ export function composed(canvas, texts, onto = document.createElement("canvas"))
   return onto;
 }
 
-/** Save a Blob, or anything that one can be made of, as a file. */
+/** Save a Blob, or its content, as a file. */
 export function keep(content, name) {
   const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content]));
   Object.assign(document.createElement("a"), { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-/** Film a canvas until the promise that `play` returns is done; the promise of a Blob. */
+/** Film a canvas until the promise that `play` returns settles; returns the promise of a Blob. */
 export async function filmed(canvas, type, play) {
   const recorder = new MediaRecorder(canvas.captureStream(), { mimeType: type, videoBitsPerSecond: 6e6 });
   const parts = [];
@@ -51,7 +51,7 @@ export async function filmed(canvas, type, play) {
   return new Blob(parts, { type: type.split(";")[0] });
 }
 
-/** Return a recording's robots as a .glb, as softvox_view.replay.gltf does; that says what is in it. */
+/** Return a recording's robots as a .glb, as softvox_view.replay.gltf does, which describes it. */
 export function glb({ robots, style, physics, frames, seconds_per_frame }, bodies) {
   const every = (of) => Float32Array.from(Array.from({ length: frames }, (_, frame) => of(frame)).flat());
   const corners = Float32Array.from(CUBE_CORNERS.flat(), (value) => value / 2);
@@ -80,11 +80,11 @@ export function glb({ robots, style, physics, frames, seconds_per_frame }, bodie
   const bufferViews = arrays.map(([{ byteLength }]) => ({ buffer: 0, byteOffset: (size += byteLength) - byteLength, byteLength }));
   const accessors = arrays.map(([array, width], bufferView) => ({
     bufferView,
-    componentType: array instanceof Uint16Array ? 5123 : 5126, // of OpenGL: whole or floating
+    componentType: array instanceof Uint16Array ? 5123 : 5126, // OpenGL's codes for uint16 and float
     count: array.length / width,
     type: { 1: "SCALAR", 3: "VEC3", 4: "VEC4" }[width],
   }));
-  // These must tell their bounds.
+  // glTF requires the bounds of these.
   Object.assign(accessors[0], { min: Array(3).fill(-0.5), max: Array(3).fill(0.5) });
   Object.assign(accessors[2], { min: [0], max: [time.at(-1)] });
   const linear = (colour) => [...colour.map((value) => Math.round(value ** 2.2 * 1e4) / 1e4), 1];

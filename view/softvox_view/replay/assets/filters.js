@@ -1,4 +1,4 @@
-/** Which robots of a gallery are shown. */
+/** The choice of the robots of a gallery to show. */
 
 const LIMITS_OF = {
   voxels: { of: (robot) => robot.active.length, step: 1 },
@@ -6,7 +6,7 @@ const LIMITS_OF = {
   fitness: { of: (robot) => robot.fitness ?? 0, step: 0.01 },
 };
 
-/** A bar of pairs of numbers, from and to; `choose` gets the numbers of the robots within all. */
+/** A bar of pairs of numbers, from and to; `choose` receives the numbers of the robots that pass all. */
 export class Filters {
   #element;
   #choose;

@@ -22,7 +22,7 @@ const KEYS = {
   Home: (player) => player.reset(),
 };
 
-/** Let a player's canvas be used until a signal ends it. */
+/** Connect the input on a player's canvas until a signal aborts. */
 export function listen(canvas, player, signal) {
   const pointers = new Map();
   const on = (type, handler) => canvas.addEventListener(type, handler, { signal, passive: false });
@@ -33,7 +33,7 @@ export function listen(canvas, player, signal) {
     action(player);
   });
   on("wheel", (event) => {
-    // It may be meant for the page: one that scrolls, or is part of another.
+    // The wheel may be meant for the page, if that scrolls or is part of another.
     const isAlone = self === top && document.scrollingElement.scrollHeight <= innerHeight;
     if (!isAlone && document.activeElement !== canvas && !event.ctrlKey) return;
     event.preventDefault();

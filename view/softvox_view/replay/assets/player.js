@@ -18,12 +18,12 @@ import { inkOn, Scene } from "./scene.js";
 import { colourOf, Strips } from "./strips.js";
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 2];
-const MOST_SECONDS_PER_TICK = 1; // a page that was asleep goes on where it was
+const MOST_SECONDS_PER_TICK = 1; // a page that was asleep continues where it was
 const VIEW = { azimuth: 0, elevation: 27, zoom: 1 };
-const CELL = 120; // CSS pixels that a robot of a gallery is wide at least
+const CELL = 120; // CSS pixels, the least width of a robot in a gallery
 const LIMITS = { elevation: [3, 90], zoom: [0.25, 3] };
-const BESIDE_NAME = 20; // CSS pixels; where the long name has no room, the short one stands
-const DEEP = 0.02; // voxel widths under the floor that the eye sees
+const BESIDE_NAME = 20; // CSS pixels; if the long name has no room, the short one is shown
+const DEEP = 0.02; // voxel widths: a smaller depth below the floor goes unnoticed
 const NIGHT = { background: [0.106, 0.125, 0.153], floor: [0.25, 0.28, 0.32], trail: [0.76, 0.62, 0.98] };
 
 const NO_WEBGL = `This browser has no WebGL 2, which the moving robots need, so this is a still picture.
@@ -66,15 +66,15 @@ const clamp = (value, [low, high]) => Math.min(Math.max(value, low), high);
 export class SoftvoxPlayer {
   #element;
   #find = (selector) => this.#element.querySelector(selector);
-  #fallback; // what the element held before
+  #fallback; // the element's content before
   #still = null; // the address of a picture of the recording
   #listeners = new AbortController();
   #sizes = new ResizeObserver(() => this.#fit());
   #night = matchMedia("(prefers-color-scheme: dark)");
   #scene = null;
-  #strips = null; // of a gallery there are none, but filters
+  #strips = null; // a gallery has none, but filters
   #filters = null;
-  #shown = null; // numbers of the panels that they let through; null for all
+  #shown = null; // numbers of the panels that pass the filters; null for all
   #bodies = [];
   #widths = []; // of the robots' names, CSS pixels
   #recording = null;
@@ -83,16 +83,16 @@ export class SoftvoxPlayer {
   #frame = 0;
   #time = 0; // of the clock, simulated seconds; between frames while playing
   #lap = 0; // how often a recording that loops was shown before
-  #tick = 0; // the animation frame asked for, 0 where paused
+  #tick = 0; // the requested animation frame, 0 if paused
 
   /**
-   * @param {HTMLElement} element Filled by the player. What it held (a still picture, say) is shown
-   *   under a message while there is no WebGL 2.
+   * @param {HTMLElement} element Filled by the player. Without WebGL 2, a message and the element's
+   *   former content (such as a still picture) are shown.
    * @param {object} [recording] Shown at once.
    * @param {object} [options]
-   * @param {boolean} [options.autoplay=true] Never where the reader asked for reduced motion.
+   * @param {boolean} [options.autoplay=true] Ignored if the reader prefers reduced motion.
    * @param {number} [options.speed=0.5] 1 is real time.
-   * @param {boolean} [options.boxes=false] Whether voxels begin as boxes, rather than as one skin.
+   * @param {boolean} [options.boxes=false] Whether voxels are at first boxes, not one skin.
    * @param {boolean} [options.strips=true] Whether there are curves under the robots.
    * @param {boolean} [options.gallery=false] Whether there are filters, for many robots.
    */
@@ -143,9 +143,9 @@ export class SoftvoxPlayer {
   }
 
   /**
-   * The view: azimuth and elevation in degrees, zoom, whether it follows, whether voxels are boxes.
-   * An azimuth of 0 looks across each robot's way, which goes to the right. At zoom 1 all is seen: of
-   * the robot where it follows, else of its path.
+   * The view: azimuth and elevation in degrees, zoom, whether it follows, whether voxels are boxes. At
+   * azimuth 0 the camera looks across each robot's way, which goes to the right. Zoom 1 shows all of
+   * the robot if the camera follows it, else all of its path.
    */
   get view() {
     const [follow, boxes] = [".follow", ".boxes"].map((name) => this.#find(name).checked);
@@ -163,11 +163,11 @@ export class SoftvoxPlayer {
   }
 
   /**
-   * Show another recording from its start; the view, the speed and whether it plays stay.
+   * Show another recording from its start; view, speed and play state stay.
    *
    * @param {object} recording
-   * @param {string} [still] The address of a picture, shown where the robots can't be drawn; else it
-   *   is what the element held before.
+   * @param {string} [still] The URL of a picture, shown if the robots can't be drawn; by default the
+   *   element's former content is shown.
    */
   load(recording, still = null) {
     if (recording.format !== "softvox-replay" || recording.version !== 2) {
@@ -191,7 +191,7 @@ export class SoftvoxPlayer {
     this.seek(0);
   }
 
-  /** Show a frame; a number outside the recording is taken to its nearest end. */
+  /** Show a frame; a number outside the recording means the nearest end. */
   seek(frame) {
     if (!this.#recording) return;
     this.#show(clamp(Math.round(frame) || 0, [0, this.frames - 1]));
@@ -203,7 +203,7 @@ export class SoftvoxPlayer {
     this.seek(frame);
   }
 
-  /** Run the clock; past the last frame it begins again. */
+  /** Run the clock; after the last frame it starts again. */
   play() {
     if (!this.supported || this.playing || !this.#recording) return;
     let before = null;
@@ -223,13 +223,13 @@ export class SoftvoxPlayer {
     this.#showPlaying();
   }
 
-  /** Go some frames on, or back, and stop there. */
+  /** Go some frames forward, or back, and pause. */
   step(frames) {
     this.pause();
     this.seek(this.#frame + frames);
   }
 
-  /** Play unless the reader asked for reduced motion. */
+  /** Play unless the reader prefers reduced motion. */
   autoplay() {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
@@ -255,19 +255,19 @@ export class SoftvoxPlayer {
     this.view = { zoom: this.#view.zoom * factor };
   }
 
-  /** Take the view at the start. */
+  /** Return to the initial view. */
   reset() {
     this.view = VIEW;
   }
 
-  /** Return what is shown as the data URL of a PNG; null where nothing can be drawn. */
+  /** Return the current picture as the data URL of a PNG; null if nothing can be drawn. */
   picture() {
     if (!this.supported) return null;
     this.#draw();
     return this.#find("canvas").toDataURL("image/png");
   }
 
-  /** Give everything back: the element is as it was before. */
+  /** Free all resources: the element is as it was before. */
   destroy() {
     this.pause();
     this.#listeners.abort();
@@ -306,7 +306,7 @@ export class SoftvoxPlayer {
     });
     listen(canvas, this, signal);
     on(canvas, "webglcontextlost", (event) => {
-      event.preventDefault(); // or it could not come back
+      event.preventDefault(); // otherwise the context could not be restored
       this.pause();
       this.#scene = null;
       this.#cover(LOST);
@@ -319,7 +319,7 @@ export class SoftvoxPlayer {
     });
   }
 
-  /** Let the scene have the robots, on a dark floor where the page is dark. */
+  /** Give the scene the robots, with a dark floor if the page is dark. */
   #dress() {
     const isDark = this.#night.matches && getComputedStyle(this.#element).colorScheme.includes("dark");
     const style = { ...this.#recording.style, ...(isDark ? NIGHT : {}) };
@@ -333,7 +333,7 @@ export class SoftvoxPlayer {
     return this.#recording.robots.map((robot) => robot.label).join("; ");
   }
 
-  /** Show a message and a still picture while the browser gives no graphics; else take them away. */
+  /** Show a message and a still picture while there are no graphics; else remove them. */
   #cover(reason = this.#find(".softvox-message")?.textContent ?? NO_WEBGL) {
     this.#find(".softvox-lost")?.remove();
     this.#element.classList.toggle("softvox-still", !this.supported);
@@ -374,7 +374,7 @@ export class SoftvoxPlayer {
     panels.forEach((panel, i) => this.#write(labels.children[i], panel));
   }
 
-  /** Write what stands in a panel: names, how far the robot is, the numbers of the ruler. */
+  /** Write the texts of a panel: names, distances, the numbers of the ruler. */
   #write(label, { robots, marks, ...place }) {
     const isSmall = place.width < BESIDE_NAME + Math.max(...robots.map((i) => this.#widths[i]));
     const names = robots.map((i) => this.#recording.robots[i][isSmall ? "short_label" : "label"]);
@@ -406,7 +406,7 @@ export class SoftvoxPlayer {
     return this.#element.querySelectorAll(".softvox-labels span");
   }
 
-  /** What its files are called. */
+  /** The name of exported files. */
   get #file() {
     const names = this.#recording.robots.map(({ design, digits }) => design ?? digits);
     return `softvox-${[...new Set(names)].slice(0, 6).join("-")}`;
@@ -446,7 +446,7 @@ export class SoftvoxPlayer {
     this.#fit();
   }
 
-  /** Draw for the window's size, in which each robot of a gallery has its room. */
+  /** Fit the drawing to the window's size, with room for each robot of a gallery. */
   #fit() {
     if (this.#shown) {
       const stage = this.#find(".softvox-stage");

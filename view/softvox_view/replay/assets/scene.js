@@ -3,18 +3,18 @@
  * shadows, paths and bodies.
  *
  * Camera, light and colours are those of the still pictures (softvox_gym.rendering); the recording
- * brings them as `style`. Lengths are voxel widths, the floor is z = 0.
+ * has them as `style`. Lengths are voxel widths, the floor is z = 0.
  */
 
 import { NUMBERS_PER_FACE } from "./bodies.js";
 import { cameraOf, onPanel, Route } from "./camera.js";
 import { CUBES, FLOOR, SHADOW, STROKE } from "./shaders.js";
 
-const SHADOW_LAYERS = 24; // shadows of one robot laid over each other, for a soft edge
-const FEW_LAYERS = 8; // in panels less high than this, CSS pixels
+const SHADOW_LAYERS = 24; // copies of a robot's shadow, offset for a soft edge
+const FEW_LAYERS = 8; // in panels lower than this, CSS pixels
 const LOW = 160;
 
-/** Return the colour of words and the ruler: that of lines, or light ones where it is dark. */
+/** Return the colour of words and the ruler: that of lines, or a light one on a dark background. */
 export function inkOn({ background, ink }) {
   return background[1] > 0.5 ? ink : [0.9, 0.92, 0.94];
 }
@@ -26,15 +26,15 @@ export class Scene {
   #style = null;
   #panels = [];
   #buffers = [];
-  #moving; // what is drawn at the moment: faces
+  #moving; // the faces being drawn
 
-  /** Return a scene on a canvas; null where the browser has no WebGL 2 that works. */
+  /** Return a scene on a canvas; null if the browser has no working WebGL 2. */
   static on(canvas) {
     const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, stencil: true });
     try {
       return gl && !gl.isContextLost() ? new Scene(gl) : null;
     } catch (error) {
-      console.warn(error); // the page shows a still picture, and somebody may want to know why
+      console.warn(error); // the page shows a still picture; the console says why
       return null;
     }
   }
@@ -45,11 +45,11 @@ export class Scene {
     for (const [name, parts] of Object.entries(sources)) this.#programs[name] = compiled(gl, parts);
   }
 
-  /** Take the robots of a recording in. */
+  /** Load the robots of a recording. */
   load({ style, robots }, bodies) {
     this.#forget();
     const [x_axis, y_axis] = style.axis_colours;
-    // GLSL has its own words floor and active.
+    // floor and active are reserved words in GLSL.
     this.#style = { ...style, x_axis, y_axis, floor_colour: style.floor, active_colour: style.active };
     this.#moving = this.#buffer(new Float32Array());
     const groups = [];
@@ -65,7 +65,7 @@ export class Scene {
   }
 
   /**
-   * Draw a frame, of a recording that was shown so many times before, in some panels or, for null, all.
+   * Draw a frame of a recording that was shown `lap` times before, in the chosen panels, or all if null.
    *
    * @returns {{left: number, top: number, width: number, height: number, marks: object[]}[]} Each
    *   panel in CSS pixels, and the texts in it: the numbers of the ruler, and the worlds' names.
@@ -95,7 +95,7 @@ export class Scene {
     });
   }
 
-  /** Give the graphics memory back. */
+  /** Free the graphics memory. */
   destroy() {
     this.#forget();
     this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
@@ -151,7 +151,7 @@ export class Scene {
     return panel.loops ? [] : marksOf(panel, camera, style);
   }
 
-  /** Let faces be drawn; of those that were sent before only the number is needed. Return it. */
+  /** Upload faces to draw; for faces uploaded before, only their number is needed. Return it. */
   #send(faces, count = faces.length / NUMBERS_PER_FACE) {
     const gl = this.#gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#moving);
@@ -172,7 +172,7 @@ export class Scene {
     gl.disable(gl.CULL_FACE);
   }
 
-  /** Draw the robots where they started, pale: first how deep, so that only what is nearest shows. */
+  /** Draw the robots at their start, pale: first only their depth, so that only the nearest faces show. */
   #drawGhosts(faces, values) {
     const gl = this.#gl;
     const count = this.#send(faces);
@@ -197,7 +197,7 @@ export class Scene {
     }
   }
 
-  /** Draw the paths so far, and how far along the ruler the first robot is. */
+  /** Draw the paths so far, and the first robot's distance along the ruler. */
   #drawPaths({ bodies, paths, route }, frame, values, stroke_width) {
     const gl = this.#gl;
     this.#use("stroke", { ...values, stroke: values.trail, stroke_width });
@@ -234,7 +234,7 @@ export class Scene {
     gl.disable(gl.BLEND);
   }
 
-  /** Let the shaders read numbers from buffers: so many at a time, from an offset on, so far apart. */
+  /** Bind buffers to the shaders' inputs: numbers per item, offset and stride. */
   #take(...sources) {
     const gl = this.#gl;
     for (let i = 0; i < 5; i++) gl.disableVertexAttribArray(i);
@@ -259,7 +259,7 @@ export class Scene {
   }
 }
 
-/** Return the texts of a panel, and where they stand in it, from 0 to 1; a world's name ends there. */
+/** Return the texts of a panel and their positions, 0 to 1; a world's name ends at its position. */
 function marksOf({ bodies, route, signs }, camera, { sign }) {
   const numbers = route.numbers().filter((s) => s % route.step === 0);
   const ofRuler = numbers.map((s) => ({ text: String(s), point: route.point(s, 3.7 * route.tick) }));
@@ -276,7 +276,7 @@ function marksOf({ bodies, route, signs }, camera, { sign }) {
   });
 }
 
-/** Return panels of equal size, in the number of columns that makes the shorter side largest. */
+/** Return panels of equal size, in as many columns as make their shorter side largest. */
 function arranged(count, width, height) {
   const side = (n) => Math.min(width / n, height / Math.ceil(count / n));
   let columns = 1;

@@ -1,4 +1,4 @@
-/** The shaders of the scene, each a pair: of the corners, and of the pixels. */
+/** The shaders of the scene, in pairs: vertex shader and fragment shader. */
 
 export const FLOOR = [
   `out vec2 spot;

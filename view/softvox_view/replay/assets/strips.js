@@ -1,7 +1,7 @@
-/** Under a player, in step with it: how far each robot has gone, and how large it is. */
+/** Curves under a player, in step with it: each robot's distance and volume. */
 
 const STRIP_HEIGHT = 100;
-const DASHES = ["none", "7 3", "2 2"]; // colours alone do not tell robots apart for everybody
+const DASHES = ["none", "7 3", "2 2"]; // not everybody can distinguish robots by colour alone
 const MOST_CYCLES = 60; // with more, their lines would be a grey area
 
 const STRIPS = {
@@ -9,19 +9,19 @@ const STRIPS = {
   volume: { of: (body, frame) => body.volume(frame), least: [1, 1.1], word: "volume, relative to rest" },
 };
 
-/** Where a robot explodes, its volume is beyond all numbers. */
+/** If a robot explodes, its volume may not be finite. */
 const told = (value) => (Number.isFinite(value) ? value.toFixed(2) : "–");
 
-/** The colour of a robot's line, in a recording of so many. */
+/** The colour of a robot's line, in a recording with `count` robots. */
 export function colourOf(i, count) {
   const hue = (260 + (360 * i) / count) % 360;
   return count > 1 ? `light-dark(oklch(0.5 0.16 ${hue}), oklch(0.78 0.13 ${hue}))` : "currentcolor";
 }
 
-/** Curves over a recording's frames, with a cursor; a click goes to the moment. */
+/** Curves over a recording's frames, with a cursor; a click goes to that moment. */
 export class Strips {
   #element;
-  #curves = []; // of each strip what it shows of each robot at each frame
+  #curves = []; // for each strip, the values of each robot at each frame
   #frames = 1;
 
   constructor(element, seek, signal) {
@@ -38,7 +38,7 @@ export class Strips {
     }
   }
 
-  /** Take a recording's robots in. */
+  /** Load the robots of a recording. */
   load({ frames, settle_time, seconds_per_frame, frequency_hz, cycles }, bodies) {
     this.#frames = frames;
     const across = (frame) => (1000 * frame) / Math.max(1, frames - 1);
