@@ -144,6 +144,7 @@ def test_a_large_lattice_is_evaluated_by_its_digits():
         ({"seed": "hello"}, TypeError, "seed must be a whole number"),
         ({"trials": 1.5}, TypeError, "trials must be a whole number"),
         ({"aggregate": "median"}, ValueError, "the aggregates are mean, min, q10"),
+        ({"aggregate": ["mean"]}, ValueError, "aggregate .* is unknown"),
         ({"physics": "publishd"}, ValueError, "presets are published, exact"),
         ({"physics": {"density": [1e6, 2e6]}}, ValueError, "simulate takes arrays"),
         ({"seed": -1, "perturbations": [Jakobi()]}, ValueError, "seed must not be negative"),

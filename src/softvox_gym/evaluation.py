@@ -55,7 +55,7 @@ AGGREGATES: Mapping[str, Callable[[Array], Array]] = {
 
 def aggregate_of(name: str) -> Callable[[Array], Array]:
     """Return an aggregate by its name; ValueError for an unknown one."""
-    if name not in AGGREGATES:
+    if name not in list(AGGREGATES):
         raise ValueError(
             f"aggregate {name!r} is unknown; the aggregates are {', '.join(AGGREGATES)}"
         )
