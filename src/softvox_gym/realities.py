@@ -169,9 +169,10 @@ class Reality:
         Raises
         ------
         ValueError
-            If the phases don't fit its lattice.
+            If the phases don't fit its lattice, or that has too many parts.
         """
         lattice = Lattice(*design.shape)
+        Lattice.of([self.resolution * side for side in lattice])  # not too many parts
         trials = Trials.of(self.physics, lattice, k)
         try:
             shared = np.broadcast_to(np.asarray(self.phase), design.shape)
