@@ -114,7 +114,7 @@ def test_a_quarter_turn_takes_x_to_y():
 
 
 def test_half_a_quarter_turn_is_refused():
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="k must be a whole number"):
         BEST.rotated(0.5)
 
 

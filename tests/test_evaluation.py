@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from softvox_gym import Design, evaluate, simulate
+from softvox_gym import Design, Reality, evaluate, simulate
 from softvox_gym.noise import Jakobi, MeasurementNoise
 from softvox_gym.wrappers import vector
 
@@ -144,6 +144,7 @@ def test_a_large_lattice_is_evaluated_by_its_digits():
         ({"seed": "hello"}, TypeError, "seed must be a whole number"),
         ({"trials": 1.5}, TypeError, "trials must be a whole number"),
         ({"aggregate": "median"}, ValueError, "the aggregates are mean, min, q10"),
+        ({"aggregate": ["mean"]}, ValueError, "aggregate .* is unknown"),
         ({"physics": "publishd"}, ValueError, "presets are published, exact"),
         ({"physics": {"density": [1e6, 2e6]}}, ValueError, "simulate takes arrays"),
         ({"seed": -1, "perturbations": [Jakobi()]}, ValueError, "seed must not be negative"),
@@ -161,8 +162,29 @@ def test_a_bad_argument_is_refused_by_name(options, error, message):
         evaluate([1, 2], **options)
 
 
-def test_a_refused_batch_draws_nothing():
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"designs": [[3] * 8]}, "digits 0, 1 and 2 only"),
+        ({"frames": -1}, "frames must be at least 0"),
+        ({"threads": 0}, "threads must be at least 1"),
+        ({"isa": "abacus"}, "not an instruction set"),
+        ({"physics": Reality("fine", resolution=61)}, "122x122x122 has"),
+    ],
+)
+def test_a_refused_batch_draws_nothing(options, message):
     rng = np.random.default_rng(5)
-    with pytest.raises(ValueError, match="digits 0, 1 and 2 only"):
-        evaluate([[3] * 8], perturbations=[Jakobi()], seed=[rng])
+    with pytest.raises(ValueError, match=message):
+        evaluate(**{"designs": [6453], **options}, perturbations=[Jakobi()], seed=[rng])
     assert rng.random() == np.random.default_rng(5).random()
+
+
+def test_a_measurement_in_place_leaves_diverged_trials_alone():
+    class Sevens(Jakobi):
+        def measure(self, fitness, rng):
+            fitness[:] = 7
+            return fitness
+
+    found = evaluate([0, 6453], {"strain": 150.0, "duration": 0.3}, perturbations=[Sevens(0)])
+    assert found.diverged.ravel().tolist() == [False, True]
+    assert found.fitness.ravel().tolist() == [7, 0]

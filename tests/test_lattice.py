@@ -55,6 +55,11 @@ def test_a_number_that_no_design_has_is_refused(number):
         Lattice(3, 1, 1).digits(np.array([number], dtype=object))
 
 
+def test_half_a_number_is_refused():
+    with pytest.raises(TypeError, match="number must be a whole number, got"):
+        Lattice().digits(0.5)
+
+
 def test_neighbours_share_a_face():
     assert sorted(Lattice().neighbours(0)) == [1, 2, 4]
     lattice = Lattice(3, 4, 5)

@@ -130,6 +130,17 @@ def test_the_pump_does_no_work_on_what_it_does_not_move():
     assert np.isnan(simulate("22222222", Physics(strain=1e6), energy=True).energy).all()
 
 
+def test_a_jump_of_edges_costs_energy_in_proportion_to_steps_per_second():
+    steps = np.array([0.8, 0.4, 0.2])
+    physics = Physics(duration=0.3, time_step_fraction=steps)
+    quarter = np.full((3, 2, 2, 2), 0.25)
+    work, jumping = (
+        simulate([6453] * 3, physics, phase=phase, energy=True).energy for phase in (None, quarter)
+    )
+    np.testing.assert_allclose(work, work[0], rtol=0.05)
+    assert np.diff(jumping)[1] == pytest.approx(2 * np.diff(jumping)[0], rel=0.05)
+
+
 def test_a_floating_pair_swings_about_its_middle():
     physics = Physics(
         gravity=0.0, damping_link=0.0, damping_global=0.0, settle_time=0.0, duration=0.5

@@ -356,6 +356,12 @@ def test_what_is_not_there_cannot_be_taken():
         sim.take([7])
 
 
+@pytest.mark.parametrize("which", [[True] * len(DESIGNS), [0.7], 0, [[0, 1]], "0", slice(1)])
+def test_only_a_row_of_indices_takes(which):
+    with pytest.raises(TypeError, match="which"):
+        Simulation(DESIGNS, SHORT).take(which)
+
+
 def test_the_designs_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
         Simulation([6453]).designs[0] = 1

@@ -1,5 +1,6 @@
 """Physics holds every parameter, checks it, and knows the presets."""
 
+import copy
 import json
 import pickle
 import re
@@ -162,6 +163,13 @@ def test_an_error_carries_its_parameter():
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.parameter, again.reason) == ("density", "must be positive and finite, got -1.0")
     assert str(again) == f"{again.parameter} {again.reason}"
+
+
+def test_copies_cannot_be_written_to_either():
+    physics = Physics(density=[1e6, 2e6])
+    for other in (copy.copy(physics), copy.deepcopy(physics), pickle.loads(pickle.dumps(physics))):
+        assert other == physics
+        assert not other.density.flags.writeable
 
 
 def test_a_flag_must_be_a_truth():

@@ -46,6 +46,11 @@ def test_the_name_of_a_reality_is_no_physics():
             what("soft")
 
 
+def test_what_is_no_name_is_the_name_of_no_reality():
+    with pytest.raises(ValueError, match="no reality"):
+        reality(["soft"])
+
+
 def test_a_plain_reality_is_the_simulation_of_its_physics():
     one = Reality("mine", {"youngs_modulus": 3e6})
     assert one.is_plain
@@ -104,7 +109,7 @@ def test_a_refined_voxel_expands_from_its_middle_or_as_a_whole():
     [
         (2, {}, ValueError, "factor must be odd where expansion is spherical"),
         (0, {}, ValueError, "factor must be a positive whole number"),
-        (1.5, {}, TypeError, "float"),
+        (1.5, {}, TypeError, "factor must be a whole number"),
         (3, {"expansion": "radial"}, ValueError, "expansion must be one of spherical, uniform"),
         (101, {}, ValueError, "sites, and at most 1000000 are taken"),
     ],

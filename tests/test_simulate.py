@@ -146,6 +146,8 @@ def test_what_is_no_design_is_refused(designs, error, message):
         ({"track": 2**40}, ValueError, "track must be at least 0 and at most 2147483647"),
         ({"track": 2**31 - 1}, ValueError, "track=2147483647 asks for .* samples"),
         ({"frames": 10**12}, ValueError, "frames must be at least 0 and at most 2147483647"),
+        ({"energy": "no"}, TypeError, "energy must be True or False"),
+        ({"check_step": 1}, TypeError, "check_step must be True or False"),
         ({"progress": 5}, TypeError, "progress must be a callable"),
         ({"threads": 0}, ValueError, "threads must be at least 1"),
         ({"threads": 1.5}, TypeError, "threads must be a whole number"),

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, reduce
 from importlib.metadata import entry_points
-from operator import index as as_index
 from operator import or_
 from os import PathLike
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softvox_gym import design_files
-from softvox_gym.lattice import FACES, Lattice, number_of
+from softvox_gym.lattice import FACES, Lattice, number_of, whole
 
 #: The remedy for a digit that is too large.
 _MORE = "; shape=Lattice.of(shape, phases=P) has those up to P + 1"
@@ -222,7 +221,7 @@ class Design:
             Quarter turns, counter-clockwise seen from above (+x goes to +y). If k is odd, the
             lattice's shape becomes (ny, nx, nz).
         """
-        return self._like(np.rot90(self.array, as_index(k)))
+        return self._like(np.rot90(self.array, whole("k", k)))
 
     def mirrored(self) -> Design:
         """Mirror the robot in a plane across x (x becomes nx - 1 - x)."""
@@ -277,7 +276,7 @@ def refined(
     stack: NDArray[np.uint8], factor: int, *, expansion: str = "spherical"
 ) -> NDArray[np.uint8]:
     """Return designs as `Design.refined` does, digits of shape (..., nx, ny, nz)."""
-    factor = as_index(factor)
+    factor = whole("factor", factor)
     if factor < 1:
         raise ValueError(f"factor must be a positive whole number, got {factor}")
     if expansion not in EXPANSIONS:

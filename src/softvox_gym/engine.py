@@ -129,7 +129,7 @@ def step_count(time_step: float, duration: float) -> int:
 
 
 def track_samples(cycles: float, per_cycle: int) -> float:
-    """Return how many samples the track of a run has, start and end included."""
+    """Return how many samples the track of a run has, start included."""
     return float(lib.sv_track_samples(cycles, per_cycle))
 
 

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from softvox_gym.cluster import evaluate_on
 from softvox_gym.design import batch_of
+from softvox_gym.engine import isa_name
 from softvox_gym.lattice import Lattice
 from softvox_gym.noise import Perturbation, Trials
 from softvox_gym.objectives import OBJECTIVES, Tried, objectives_of
 from softvox_gym.realities import PhysicsLike, Reality
-from softvox_gym.simulation import Result, check_count, sample_count
+from softvox_gym.simulation import Result, check_count, check_threads, sample_count
 from softvox_gym.tasks import Task
 
 Array: TypeAlias = NDArray[np.float64]
@@ -55,7 +56,7 @@ AGGREGATES: Mapping[str, Callable[[Array], Array]] = {
 
 def aggregate_of(name: str) -> Callable[[Array], Array]:
     """Return an aggregate by its name; ValueError for an unknown one."""
-    if name not in AGGREGATES:
+    if name not in list(AGGREGATES):
         raise ValueError(
             f"aggregate {name!r} is unknown; the aggregates are {', '.join(AGGREGATES)}"
         )
@@ -280,6 +281,9 @@ def evaluate(
             f"{len(stack)} designs of {trials} trials are {trials * len(stack)} in all, and at "
             f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
         )
+    check_count("frames", frames, least=0)
+    check_threads(threads)
+    isa_name(isa)
     aggregate_of(aggregate)
     asked = () if objectives is None else tuple(one.name for one in objectives_of(objectives))
     perturbations = _perturbations(perturbations)
@@ -331,7 +335,7 @@ def measure(
     Each design's errors, shape (k,), come from its own generator.
     """
     for row, lost, rng in zip(fitness, diverged, generators, strict=True):
-        measured = row
+        measured = row.copy()
         for perturbation in perturbations:
             measured = perturbation.measure(measured, rng)
         row[:] = np.where(lost, row, measured)

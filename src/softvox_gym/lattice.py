@@ -82,10 +82,7 @@ class Lattice(NamedTuple):
             )
         if phases is None:
             phases = shape.phases if isinstance(shape, Lattice) else 1
-        try:
-            phases = as_index(phases)
-        except TypeError:
-            raise TypeError(f"phases must be a whole number, got {phases!r}") from None
+        phases = whole("phases", phases)
         if not 1 <= phases <= MOST_PHASES:
             raise ValueError(f"phases must be from 1 to {MOST_PHASES}, got {phases}")
         return Lattice(nx, ny, nz) if phases == 1 else PhasedLattice(nx, ny, nz, phases)
@@ -132,7 +129,7 @@ class Lattice(NamedTuple):
         """
         array = np.asarray(numbers)
         for extreme in (array.min(), array.max()) if array.size else ():
-            self._check(as_index(extreme))
+            self._check(whole("a design's number", extreme))
         if not self.has_int64_numbers:
             rows = [
                 _digits(as_index(number), self.sites, self.states)
@@ -209,6 +206,14 @@ class Lattice(NamedTuple):
             raise ValueError(
                 f"design index {shown} is outside 0 ... {last}, the designs of a {self} lattice"
             )
+
+
+def whole(name: str, value: Any) -> int:
+    """Return an argument that is a whole number as an int; otherwise TypeError that names it."""
+    try:
+        return as_index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, got {value!r}") from None
 
 
 class PhasedLattice(Lattice):

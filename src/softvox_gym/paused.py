@@ -304,8 +304,13 @@ class Simulation:
         ------
         IndexError
             If an index is out of range.
+        TypeError
+            If they are no row of whole numbers, as a mask is none.
         """
-        rows = np.arange(len(self))[np.asarray(which, dtype=np.intp)]
+        chosen = np.asarray(which)
+        if chosen.ndim != 1 or (chosen.size and chosen.dtype.kind not in "iu"):
+            raise TypeError(f"which must be a row of indices, got {which!r}")
+        rows = np.arange(len(self))[chosen.astype(np.intp)]
         kept = {name: values[rows] for name, values in self._kept().items()}
         own: Any = {name: values[rows] for name, values in self.physics.per_design.items()}
         physics = replace(self.physics, **own) if own else self.physics

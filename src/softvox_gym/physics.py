@@ -377,6 +377,12 @@ class Physics:
             f"one of {_below(fraction / float(load.flat[worst]))} would do",
         )
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)  # copies and pickles don't keep that
+            object.__setattr__(self, name, value)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Physics):
             return NotImplemented

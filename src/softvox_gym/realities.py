@@ -164,14 +164,15 @@ class Reality:
     def trials(
         self, design: NDArray[np.uint8], k: int = 1, *, phase: ArrayLike | None = None
     ) -> Trials:
-        """Return k trials of a design, digits of shape (nx, ny, nz), with the design's own phases.
+        """Return k trials of a design, digits 0, 1, 2 of shape (nx, ny, nz), and its own phases.
 
         Raises
         ------
         ValueError
-            If the phases don't fit its lattice.
+            If the phases don't fit its lattice, or that has too many parts.
         """
         lattice = Lattice(*design.shape)
+        Lattice.of([self.resolution * side for side in lattice])  # not too many parts
         trials = Trials.of(self.physics, lattice, k)
         try:
             shared = np.broadcast_to(np.asarray(self.phase), design.shape)
@@ -281,7 +282,7 @@ def reality(name: str) -> Reality:
         If the name is another; the message suggests the nearest.
     """
     known = realities()
-    if name in known:
+    if name in list(known):
         return known[name]
     group, _, number = str(name).partition("-")
     if group in SETS and number in map(str, range(len(SETS[group]))):

@@ -62,7 +62,8 @@ class Result:
         Time steps taken.
     track : ndarray, shape (n, samples, 3), or None
         The centre of mass in voxel widths from its start, sampled `track` times per cycle, start
-        and end included. NaN after the end of a run with fewer cycles than another in the batch.
+        included; the end too, unless it lies between two samples. NaN after the end of a run with
+        fewer cycles than another in the batch.
     frames : Frames or None
     step_error : ndarray, shape (n,), or None
         Change of the fitness at half the time step, voxel widths; NaN if a design diverges at
@@ -186,6 +187,8 @@ def simulate(
     designs, phase = pumped(given, phase, shape=lattice)
     stack, physics, batch = prepared(designs, physics, strain, phase, track=track, frames=frames)
     batch = replace(batch, energy=bool(energy))
+    check_flag("energy", energy)
+    check_flag("check_step", check_step)
     check_threads(threads)
     if progress is not None and not callable(progress):
         raise TypeError(f"progress must be a callable (done, total), got {progress!r}")

@@ -82,6 +82,13 @@ def test_a_reality_is_played_as_it_is_evaluated(name):
     assert info["fitness"] == evaluate(6453, reality(name)).fitness[0, 0]
 
 
+def test_a_reality_builds_a_phased_design_as_it_is_evaluated():
+    design = Design("30003334", shape=Lattice.of((2, 2, 2), phases=4))
+    world = replace(reality("fabrication"), physics=Physics.of(SHORT))
+    info = played(make(design=design, reality=world), fully)[1]
+    assert info["fitness"] == world.simulate(design).fitness[0]
+
+
 @pytest.mark.parametrize("groups", [False, True])
 def test_voxels_of_every_phase_are_controlled(groups):
     design = Design("02302312", shape=Lattice.of((2, 2, 2), phases=2))

@@ -110,6 +110,21 @@ def test_a_wrong_number_of_seeds_is_refused():
             env.reset(seed=[1, 2])
 
 
+@pytest.mark.parametrize("seed", [-1, 1.5, "abcd", [1, 2, 3, -1], [1, 2, 3, 4.0]])
+def test_what_is_no_seed_is_refused_and_seeds_nothing(seed):
+    env = native(4)
+    env.reset(seed=7)
+    with pytest.raises(ValueError, match="seed"):
+        env.reset(seed=seed)
+    assert env.np_random_seed == (7, 8, 9, 10)
+
+
+def test_numbers_of_numpy_are_seeds():
+    env = native(4)
+    env.reset(seed=np.array([3, 1, 4, 1]))
+    assert env.np_random_seed == (3, 1, 4, 1)
+
+
 def test_a_partial_reset_keeps_the_other_observations():
     ours, theirs = native(4, AutoresetMode.DISABLED), oracle(4, AutoresetMode.DISABLED)
     actions = np.array([[0, 0, 0, 2, 1, 2, 2, 2]] * 4)

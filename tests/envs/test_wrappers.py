@@ -409,6 +409,16 @@ def test_a_step_that_only_resets_passes_through(name):
         assert (reward > 0, "fitness" in info) == (terminated, terminated)
 
 
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_statistics_may_be_recorded_within(mode):
+    bare = gym.make_vec(softvox_gym.TABLE_ENV_ID, num_envs=2, autoreset_mode=mode)
+    env = vector.Resample(gym.wrappers.vector.RecordEpisodeStatistics(bare), 3)
+    env.reset(seed=0)
+    _, rewards, _, _, infos = env.step([[0, 0, 0, 2, 1, 2, 2, 2]] * 2)
+    assert infos["episode"]["r"].tolist() == pytest.approx(rewards)
+    assert infos.get("final_info", infos)["values"].shape == (2, 3)
+
+
 def test_an_action_that_is_refused_draws_nothing():
     env = single(STACKS["noise"], physics=SHORT, disable_env_checker=True)
     rewards = []

@@ -137,7 +137,7 @@ class Control(Episodes):
                 "strain of the physics must be positive, as the largest amplitude of an action; "
                 f"got {self.physics.strain}"
             )
-        trial = world.trials(self.design.array)
+        trial = world.trials(self.design.kinds)
         self._strain, self._phase = trial.strain[:, 0], trial.phase  # each (1, nx, ny, nz)
         self._most = np.float32(self.physics.strain)
         self.single_action_space = spaces.Box(

@@ -110,14 +110,7 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             If the mask leaves out an environment that was never reset.
         """
         n = self.num_envs
-        if seed is None or isinstance(seed, (int, np.integer)):
-            seeds = [None if seed is None else int(seed) + i for i in range(n)]
-        elif len(seed) == n:
-            seeds = list(seed)
-        else:
-            raise ValueError(
-                f"seed must be a number or {n} of them, one per environment, got {len(seed)}"
-            )
+        seeds = _seeds(seed, n)
         mask = self._reset_mask(options or {})
         if not np.all(self._has_reset | mask):
             raise ResetNeeded("reset() all environments before resetting some of them by a mask")
@@ -232,6 +225,23 @@ class NativeVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             generator, _ = seeding.np_random()
             self._generators[i] = generator
         return generator
+
+
+def _seeds(seed: Any, n: int) -> list[int | None]:
+    """Return the seed of each of n environments; None keeps a generator."""
+    if seed is None:
+        return [None] * n
+    given = np.asarray(seed, dtype=object)
+    if given.shape not in ((), (n,)):
+        raise ValueError(f"seed must be a number or {n} of them, one per environment, got {seed!r}")
+    for own in given.ravel().tolist():
+        if own is not None and not (isinstance(own, (int, np.integer)) and own >= 0):
+            raise ValueError(
+                f"seed must be a whole number of at least 0, or {n} of them, got {seed!r}"
+            )
+    if given.ndim == 0:
+        return [int(seed) + i for i in range(n)]
+    return [None if own is None else int(own) for own in given]
 
 
 class SoftVoxVectorEnv(NativeVectorEnv):

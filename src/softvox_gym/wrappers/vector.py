@@ -64,7 +64,9 @@ class _Wrapper(Wrapping, VectorWrapper):  # typed only since Gymnasium 1.3
             return observations, rewards, terminated, truncated, infos
         self.check(within)
         which = np.flatnonzero(told["_fitness"])
-        of_those = {key: told[key][which] for key in told if f"_{key}" in told}
+        # Others' infos may be dicts, as the episode of RecordEpisodeStatistics.
+        own = {k: v for k, v in told.items() if f"_{k}" in told and isinstance(v, np.ndarray)}
+        of_those = {key: column[which] for key, column in own.items()}
         values, changed = self.after(asked, rewards[which], of_those, lambda: self._random(which))
         rewards = rewards.copy()
         rewards[which] = values
