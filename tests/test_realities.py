@@ -102,11 +102,11 @@ def test_a_refined_voxel_expands_from_its_middle_or_as_a_whole():
 @pytest.mark.parametrize(
     ("factor", "options", "error", "message"),
     [
-        (2, {}, ValueError, "factor must be odd where expansion is spherical"),
+        (2, {}, ValueError, "factor must be odd if expansion is spherical"),
         (0, {}, ValueError, "factor must be a positive whole number"),
         (1.5, {}, TypeError, "float"),
         (3, {"expansion": "radial"}, ValueError, "expansion must be one of spherical, uniform"),
-        (101, {}, ValueError, "sites, and at most 1000000 are taken"),
+        (101, {}, ValueError, "sites; at most 1000000 are allowed"),
     ],
 )
 def test_a_design_that_cant_be_refined_says_why(factor, options, error, message):

@@ -1,4 +1,4 @@
-"""What others carried from a simulator into reality: the paper's Table I."""
+"""How many robots earlier works transferred from simulation to reality: the paper's Table I."""
 
 from __future__ import annotations
 
