@@ -191,7 +191,7 @@ def test_frictions_are_pairs_with_the_kinetic_one_at_most_the_static_one():
         ("friction,friction", "friction is in the grid twice"),
         ("friction,friction_static", "friction and friction_static both say friction_static"),
         ("shear,shear_strength=1", "shear and shear_strength both say shear_strength"),
-        ("damping_link", "damping_link has no usual values; give some"),
+        ("damping_link", "damping_link has no default values; give some"),
         ("strain=", "strain= is not a list of values; write strain=0.1,0.5"),
         ("strain=0.1:0.5", "is not a list of values"),
         ("strain=0.1:0.5:1", "is not a list of values"),

@@ -75,7 +75,7 @@ def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
         name, has_values, values = part.partition("=")
         name = name.strip().replace("-", "_")
         if not name:
-            raise ValueError("there is nothing between two commas; name an axis, as friction")
+            raise ValueError("there is nothing between two commas; name an axis, such as friction")
         if name in grid:
             raise ValueError(f"{name} is in the grid twice; give all its values at once")
         own = (value for one in values.split(",") for value in _values(name, one))
@@ -118,7 +118,7 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
         raise ValueError(f"no axis {name!r}{hint}; there are {', '.join(known)}")
     if values is None:
         if name not in AXES:
-            raise ValueError(f"{name} has no usual values; give some, as {name}=1,2,3")
+            raise ValueError(f"{name} has no default values; give some, as {name}=1,2,3")
         values = AXES[name]
     array = np.asarray(values)
     if array.ndim != 1 or not array.size or array.dtype.kind not in "iuf":

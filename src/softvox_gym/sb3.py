@@ -58,7 +58,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
             raise TypeError(f"envs must be a vector environment, of gym.make_vec, got {envs}")
         if envs.metadata.get("autoreset_mode") is not AutoresetMode.DISABLED:
             raise ValueError(
-                "SB3VecEnv resets what is over itself; make the environments with "
+                "SB3VecEnv resets finished episodes itself; make the environments with "
                 'gym.make_vec(..., autoreset_mode="Disabled")'
             )
         self.envs: Any = DictInfoToList(envs)  # its type allows no seed per environment

@@ -289,5 +289,5 @@ def test_what_can_not_be_compared_is_refused():
         compare(line([1, 0]), cycles=(90, 23))
     with pytest.raises(ValueError, match="lasts 1001 cycles, but at most 1000"):
         compare(line([1, 0], cycles=1001))
-    with pytest.raises(ValueError, match="reversal is a reality, no physics"):
+    with pytest.raises(ValueError, match="reversal is a reality, not a physics"):
         compare(line([1, 0]), "reversal")
