@@ -136,7 +136,7 @@ def _lengths(vectors: Array) -> Array:
 
 
 def _share(part: Array, whole: Array, is_defined: NDArray[np.bool_]) -> Array:
-    """Return part / whole, at most 1, and 0 where it is undefined."""
+    """Return part / whole, at most 1, or 0 where it is undefined."""
     return np.where(is_defined, np.minimum(part / np.where(is_defined, whole, 1.0), 1.0), 0.0)
 
 

@@ -223,7 +223,7 @@ class Simulation:
         frequency = self._batch.parameters["frequency_hz"]
         time = self._clock[:, _TIME]
         asked = self._counted_from + self._cycles / frequency
-        # A design that was advanced in another way counts from where it is.
+        # A design that was advanced in another way counts from its current time.
         elsewhere = (time > asked + self._batch.parameters["time_step"]) | (
             (self._cycles > 0) & (time <= asked)
         )

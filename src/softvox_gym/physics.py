@@ -81,7 +81,7 @@ def _hold(bounds: Bounds, value: Any) -> bool:
 class ParameterSpec:
     """The facts about one parameter of the physics."""
 
-    #: Its value in the paper; its type says whether it is a number, a choice or a flag.
+    #: Its value in the paper; the value's type shows whether it is a number, a choice or a flag.
     default: Any
     #: Empty for a ratio, a choice or a flag.
     unit: str

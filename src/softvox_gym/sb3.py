@@ -83,7 +83,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
     def step_wait(
         self,
     ) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Make the step and reset what is over; return observations, rewards, dones, infos."""
+        """Make the step, reset finished episodes; return observations, rewards, dones, infos."""
         observations, rewards, terminated, truncated, told = self.envs.step(self.actions)
         if np.ndim(rewards) > 1:
             raise ValueError("a reward must be one number: make the batch without objectives")

@@ -442,7 +442,7 @@ LOSES = {
 def test_what_is_asked_is_not_lost_unsaid(make, stack):
     env = wrapped(Copies(gym.make(softvox_gym.ENV_ID), make), [stack], wrappers)
     env.reset(seed=1)
-    with pytest.raises(TypeError, match=f"what {stack[0]} asks of the environment is lost"):
+    with pytest.raises(TypeError, match=f"the requests of {stack[0]} don't reach the environment"):
         env.step(BEST)
     around = Copies(single([stack]), make)
     around.reset(seed=1)
@@ -459,7 +459,7 @@ def test_what_is_asked_of_a_vector_is_not_lost_unsaid():
     env = gym.make_vec(softvox_gym.ENV_ID, num_envs=2, autoreset_mode=AutoresetMode.SAME_STEP)
     env = vector.Resample(vector.JakobiNoise(Lists(env)), 2)
     env.reset(seed=1)
-    with pytest.raises(TypeError, match="what JakobiNoise asks of the environment is lost"):
+    with pytest.raises(TypeError, match="the requests of JakobiNoise don't reach the environment"):
         env.step([BEST, BEST])
 
 

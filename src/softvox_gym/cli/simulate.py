@@ -70,7 +70,7 @@ def add_parser(commands: Any) -> None:
         metavar="STEPS",
         help=f"time steps between frames (default: about {FRAMES_PER_CYCLE} frames per cycle)",
     )
-    parser.add_argument("--force", action="store_true", help="replace FILE.npz where it exists")
+    parser.add_argument("--force", action="store_true", help="replace FILE.npz if it exists")
     add_threads(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
