@@ -375,7 +375,7 @@ def calibrate(
             f"reality that Reality.from_trials makes, got a {type(tracks).__name__}"
         )
     if not tracks:
-        raise ValueError("there are no tracks; give one at least")
+        raise ValueError("there are no tracks; give at least one")
     by_design: dict[int, list[RealTrack]] = {}
     for track in tracks:
         by_design.setdefault(track.design, []).append(track)
@@ -419,7 +419,7 @@ def calibrate(
 def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
     """Return the settings of every axis; ValueError if two set the same, or there are none."""
     if not grid:
-        raise ValueError("the grid has no axes; name one, as friction")
+        raise ValueError("the grid has no axes; name one, such as friction")
     axes = {name: settings(name, values) for name, values in grid.items()}
     taken: dict[str, str] = {}
     for name in axes:
@@ -427,7 +427,7 @@ def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
         for parameter in NAMES.get(name, (name,)):
             key = parameter.replace("shear_ratio", "shear_strength")
             if key in taken:
-                raise ValueError(f"{taken[key]} and {name} both say {key}; give one of them")
+                raise ValueError(f"{taken[key]} and {name} both set {key}; give only one of them")
             taken[key] = name
     return list(axes.values())
 

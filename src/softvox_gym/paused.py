@@ -72,7 +72,7 @@ class State:
 
     @property
     def on_floor(self) -> NDArray[np.bool_]:
-        """Whether a voxel touches the floor, shape (n, nx, ny, nz); False where there is none."""
+        """Whether a voxel touches the floor, shape (n, nx, ny, nz); False without a voxel."""
         return np.asarray(self.position[..., 2] < 0.5 * self.edge)
 
     @property

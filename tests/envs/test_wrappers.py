@@ -355,7 +355,7 @@ def test_single_wrappers_survive_json():
         (lambda m, e: m.JakobiNoise(e, level=-1), ValueError, "level must be finite and at least"),
         (lambda m, e: m.JakobiNoise(e, level=np.nan), ValueError, "level must be finite"),
         (lambda m, e: m.JakobiNoise(e, level="1"), TypeError, "level must be a number, got '1'"),
-        (lambda m, e: m.JakobiNoise(e, wind=1.0), ValueError, "no source 'wind'; they are strain"),
+        (lambda m, e: m.JakobiNoise(e, wind=1.0), ValueError, "no source 'wind'; the sources are"),
         (lambda m, e: m.JakobiNoise(e, leak=2), ValueError, "leak must be a probability"),
         (lambda m, e: m.JakobiNoise(e, tilt=-1), ValueError, "tilt must be finite and at least 0"),
         (lambda m, e: m.Resample(e, 0), ValueError, "n must be at least 1"),
