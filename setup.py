@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: how the engine is built, and where the README's links lead."""
+"""Settings that pyproject.toml cannot express: the engine's build, and the README's links."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ from setuptools import setup
 
 HOME = "https://github.com/softvox-gym/softvox-gym"
 
-# A registry shows the README alone, so that its relative links lead into the repository there.
+# A registry shows the README alone, so its relative links must lead to the repository.
 readme = Path("README.md").read_text(encoding="utf-8")
 readme = re.sub(r'(!\[[^]]*\]\(|src=")(?!https:)', rf"\1{HOME}/raw/main/", readme)
 readme = re.sub(r"(\]\()(?!https:|#)", rf"\1{HOME}/blob/main/", readme)

@@ -43,7 +43,7 @@ BAD = {
     "simulate 1 --friction-kinetic high": "--friction-kinetic",
     "simulate 1 --firction-static 1": "did you mean --friction-static?",
     "simulate 1 --shear-ratio -0.5": "--shear-ratio must be finite and not negative",
-    "simulate 1 --shear-ratio 0.5 --shear-strength 0": "shear_strength and shear_ratio; give one",
+    "simulate 1 --shear-ratio 0.5 --shear-strength 0": "shear_ratio; give only one",
     "reality revrsal": "did you mean reversal?",
     "reality --out file": "--out file is not a folder",
     "simulate 1 --duration -inf": "--duration must be",

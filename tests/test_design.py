@@ -172,7 +172,7 @@ def test_the_repr_makes_the_design():
             "000212220",
             {},
             ValueError,
-            "9 digits, but a 2x2x2 lattice has 8 sites; Design.*is on another",
+            "9 digits, but a 2x2x2 lattice has 8 sites; Design.*uses another",
         ),
         ([0, 1, 2], {}, ValueError, "3 digits, but"),
         ([0, 0, 0, 2, 1, 2, 2, 3], {}, ValueError, "got 3"),
@@ -188,10 +188,10 @@ def test_the_repr_makes_the_design():
         (5, {"shape": (2, 2, 0)}, ValueError, "positive sides"),
         (5, {"shape": (2, 2, 1.5)}, ValueError, "three whole numbers"),
         (5, {"shape": 8}, ValueError, "three whole numbers"),
-        (0, {"shape": (10**6,) * 3}, ValueError, "at most 1000000 are taken"),
+        (0, {"shape": (10**6,) * 3}, ValueError, "at most 1000000 are allowed"),
         (10**4000, {"shape": (4, 4, 4)}, ValueError, r"of 13288 bits is outside .* 3\^64 - 1"),
         (b"00021222", {}, TypeError, "whole numbers, got bytes"),
-        (np.zeros((2, 2, 2), int), {"shape": (1, 2, 4)}, ValueError, "asked for"),
+        (np.zeros((2, 2, 2), int), {"shape": (1, 2, 4)}, ValueError, "shape=1x2x4 was given"),
     ],
 )
 def test_what_is_no_design_is_refused_with_its_reason(given, options, error, message):

@@ -93,22 +93,22 @@ BOMB = """<!DOCTYPE VXA [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("", "is no XML: no element found"),
-        ("<VXA><VXC>", "is no XML: no element found"),
-        ('<?xml version="1.0" encoding="none"?><VXA/>', "is no XML: unknown encoding"),
-        (BOMB, "has a DOCTYPE, which no .vxa needs; take it out"),
+        ("", "is not XML: no element found"),
+        ("<VXA><VXC>", "is not XML: no element found"),
+        ('<?xml version="1.0" encoding="none"?><VXA/>', "is not XML: unknown encoding"),
+        (BOMB, "has a DOCTYPE, which no .vxa needs; remove it"),
         (BOMB.encode("utf-16"), "has a DOCTYPE"),
-        ("<VXA/>", "is no .vxa: it has no VXC with a Structure"),
+        ("<VXA/>", "is not a .vxa: it has no VXC with a Structure"),
         (VXA.replace(' Compression="ASCII_READABLE"', ""), "has compression None; save it as ASC"),
         (VXA.replace("ASCII_READABLE", "ZLIB"), "has compression 'ZLIB'; save it as ASCII_READ"),
         (VXA.replace("<X_Voxels>3</X_Voxels>", ""), "X_Voxels must be a number, got ''"),
         (VXA.replace(">3<", ">1e9<"), "X_Voxels must be a number, got '1e9'"),
         (VXA.replace(">3<", ">-3<"), "shape must have positive sides"),
-        (VXA.replace(">3<", ">999999999<"), "sites, and at most 1000000 are taken"),
+        (VXA.replace(">3<", ">999999999<"), "sites; at most 1000000 are allowed"),
         (VXA.replace(">3<", ">4<"), r"must have 1 layers of 8 voxels each, has \[6\]"),
-        (VXA.replace("012", "019"), "has voxels of material '9', which its palette lacks; say"),
+        (VXA.replace("012", "019"), "has voxels of material '9', which its palette lacks; give"),
         (VXA.replace("012", "01A"), "has voxels of material 'A'"),
-        (VXA.replace('ID="1"', 'ID="x"'), "has a material of ID 'x'; 1 to 9 are read"),
+        (VXA.replace('ID="1"', 'ID="x"'), "has a material of ID 'x'; IDs must be 1 to 9"),
         (VXA.replace("-0.01", "nan"), "Mechanical/CTE must be a number, got 'nan'"),
         (b" " * (2**23 + 1), "has more than 8388608 bytes"),
     ],
@@ -126,18 +126,18 @@ def test_what_is_no_vxa_is_refused(content, says, tmp_path):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("", "is no design: JSON with the format 'softvox-gym design'"),
-        ("[" * 100000, "is no design"),
-        (b"\xff\xfe\x00", "is no design"),
-        ("[6453]", "is no design"),
-        ({"format": "other"}, "is no design"),
-        ({"version": 2}, "is a design of version 2, and this package reads 1; install one that"),
+        ("", "is not a design: JSON with the format 'softvox-gym design'"),
+        ("[" * 100000, "is not a design"),
+        (b"\xff\xfe\x00", "is not a design"),
+        ("[6453]", "is not a design"),
+        ({"format": "other"}, "is not a design"),
+        ({"version": 2}, "is a design of version 2, but this package reads version 1; install"),
         ({"version": True}, "is a design of version True"),
-        ({"states": 4}, "has or lacks the key 'states'; save the design anew"),
+        ({"states": 4}, "has or lacks the key 'states', unlike a design"),
         ({"shape": "222"}, "shape must be three whole numbers, got '222'"),
         ({"shape": [2, 2]}, r"shape must be three whole numbers \(nx, ny, nz\)"),
         ({"shape": [2, 2, True]}, "shape must be three whole numbers"),
-        ({"shape": [2, 2, 10**9]}, "at most 1000000 are taken"),
+        ({"shape": [2, 2, 10**9]}, "at most 1000000 are allowed"),
         ({"digits": "0002122"}, "a 2x2x2 design must be 8 digits 0, 1, 2, got '0002122'"),
         ({"digits": "00021223"}, "must be 8 digits 0, 1, 2, got '00021223'"),
         ({"digits": 21222}, "must be 8 digits 0, 1, 2, got 21222"),
@@ -184,10 +184,12 @@ def test_other_endings_and_places_are_refused(tmp_path):
     with pytest.raises(OutputError, match="is not a folder; make it first"):
         BEST.save(tmp_path / "none" / "robot.json")
     BEST.save(tmp_path / "robot.json")
-    with pytest.raises(ValueError, match="names no materials; leave materials out"):
+    with pytest.raises(ValueError, match="names no materials; leave out materials"):
         Design.load(tmp_path / "robot.json", materials={1: 2})
     BEST.save(tmp_path / "robot.vxa")
-    with pytest.raises(ValueError, match=r"materials must lead to 0, 1 or 2, got \{1: 3\}"):
+    with pytest.raises(
+        ValueError, match=r"materials must map to the digits 0, 1 or 2, got \{1: 3\}"
+    ):
         Design.load(tmp_path / "robot.vxa", materials={1: 3})
 
 

@@ -137,7 +137,11 @@ def test_a_large_lattice_is_evaluated_by_its_digits():
     [
         ({"trials": 0}, ValueError, "trials must be at least 1"),
         ({"trials": 10**9}, ValueError, "trials must be at least 1 and at most 10000000"),
-        ({"trials": 6 * 10**6}, ValueError, "2 designs of 6000000 trials are 12000000 in all"),
+        (
+            {"trials": 6 * 10**6},
+            ValueError,
+            "2 designs with 6000000 trials each are 12000000 trials",
+        ),
         ({"perturbations": Jakobi()}, TypeError, "perturbations must be a sequence of objects"),
         ({"perturbations": [Jakobi]}, TypeError, "perturbations must be a sequence of objects"),
         ({"perturbations": ["jakobi"]}, TypeError, "perturbations must be a sequence of objects"),

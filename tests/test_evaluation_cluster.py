@@ -122,7 +122,7 @@ def test_what_can_not_be_is_refused_before_anything_is_sent(client):
     with pytest.raises(TypeError, match=r"client must have submit and gather.*got 7"):
         evaluate(DESIGNS, client=7)
     shared = [np.random.default_rng(0)] * 7
-    with pytest.raises(ValueError, match="seed must be a generator of its own for every design"):
+    with pytest.raises(ValueError, match="seed must be a different generator for every"):
         evaluate(DESIGNS, perturbations=NOISE, seed=shared, client=client)
     with pytest.raises(ValueError, match="trials must be at least 1"):
         evaluate(DESIGNS, trials=0, client=client)

@@ -114,8 +114,8 @@ def test_several_trials_are_aggregated_as_the_fitness_is(aggregate):
     [
         (("displacment",), ValueError, "no objective 'displacment'; did you mean displacement?"),
         (("energy", "voxels", "energy"), ValueError, "energy twice"),
-        ((), ValueError, "must name one or more; there are displacement, voxels"),
-        ("energy", TypeError, r"a sequence of names, as \(\"displacement\", \"voxels\"\)"),
+        ((), ValueError, "must name at least one; there are displacement, voxels"),
+        ("energy", TypeError, r"a sequence of names, such as \(\"displacement\", \"voxels\"\)"),
         (3, TypeError, "a sequence of names"),
         ((["energy"],), ValueError, r"no objective \['energy'\]"),
     ],

@@ -193,8 +193,8 @@ def test_a_diverged_design_is_told_from_the_others_and_leaves_no_trace():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "one of cycles, steps and until"),
-        ({"cycles": 1, "steps": 2}, "one of cycles, steps and until"),
+        ({}, "exactly one of cycles, steps and until"),
+        ({"cycles": 1, "steps": 2}, "exactly one of cycles, steps and until"),
         ({"steps": -1}, "steps must be at least 0"),
         ({"steps": 1.5}, "steps must be a whole number"),
         ({"cycles": -1}, "cycles must not be negative"),
@@ -204,7 +204,7 @@ def test_a_diverged_design_is_told_from_the_others_and_leaves_no_trace():
         ({"steps": 1, "strain": np.zeros((1, 4, 2, 2, 2))}, r"shape \(1, 2, 2, 2\) for these"),
         ({"steps": 1, "phase": np.full((1, 2, 2, 2), 1e16)}, "phase must be finite and below"),
         ({"steps": 1, "phase": np.full((1, 2, 2, 2), np.nan)}, "phase must be finite and below"),
-        ({"until": 10**400}, "until must be a number that a float holds"),
+        ({"until": 10**400}, "until must be a number within the range of a float"),
         ({"steps": 1, "phase": np.zeros((2, 2, 2))}, "phase must have shape"),
     ],
 )
@@ -219,7 +219,7 @@ def test_what_is_no_saved_simulation_is_refused():
     sim = Simulation(6453, SHORT)
     saved = sim.save()
     for bad, message in (
-        (b"PK something else", "no saved simulation"),
+        (b"PK something else", "not a saved simulation"),
         (MAGIC.replace(b"1", b"9") + saved[len(MAGIC) :], "another format"),
         (saved[:-1], "damaged"),
         (saved[:100] + bytes([saved[100] ^ 1]) + saved[101:], "damaged"),

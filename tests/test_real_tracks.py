@@ -44,16 +44,20 @@ def test_digits_other_orders_blank_lines_and_windows_files_are_read(read):
         (HEADER + "6453,1,0,0,nan\n", 2, "y_cm must be a finite number"),
         (HEADER + "0,1,0,0,0\n", 2, "design '0' has no voxels"),
         (HEADER + "00000000,1,0,0,0\n", 2, "design '00000000' has no voxels"),
-        (HEADER + "6453,1,0,300,0\n6453,1,1,300,101\n", 3, "more than 100 cm from where .* in cm"),
+        (
+            HEADER + "6453,1,0,300,0\n6453,1,1,300,101\n",
+            3,
+            "more than 100 cm from the start .* in cm",
+        ),
         (HEADER + "6453,1,0,0,1_0\n", 2, "y_cm must be a finite number"),
-        (HEADER + "6453,1,0,0,\n", 2, "leave the line out where it was not measured"),
-        (HEADER + "6453,1,1,0,0\n", 2, "a trial starts at cycle 0, got 1"),
+        (HEADER + "6453,1,0,0,\n", 2, "leave out the line if it was not measured"),
+        (HEADER + "6453,1,1,0,0\n", 2, "a trial must start at cycle 0, got 1"),
         (HEADER + "6453,1,0,0,0\n6453,1,2,0,0\n6453,1,2,0,0\n", 4, "sort the lines"),
         (HEADER + "6453,1,0,0,0\n6453,1,24,0,0\n", 3, "cycle 24 is not within 0 to 23"),
         (HEADER + "6453,1,0,0,0\n6453,1,23.0000001,0,0\n", 3, "cycle 23.0000001 is not within"),
-        (HEADER + '6453,"1,0,0,0\n', 2, "correct what is quoted there"),
-        (HEADER + '6453,"1,0,0,0\n6453,1,1,0,0\n6453,1,2,0,0\n', 2, "correct what is quoted"),
-        (HEADER + '6453,"1"a,0,0,0\n', 2, "save the file anew"),
+        (HEADER + '6453,"1,0,0,0\n', 2, "correct the quotes there"),
+        (HEADER + '6453,"1,0,0,0\n6453,1,1,0,0\n6453,1,2,0,0\n', 2, "correct the quotes"),
+        (HEADER + '6453,"1"a,0,0,0\n', 2, "save the file again"),
         (HEADER + '6453,"1\n",0,0,0\n6453,"1\n",1,0\n', 4, "4 values"),
         (
             HEADER.encode() + b"6453,1,0,0,0\r\n6453,\xff,1,0,0\r\n",
@@ -72,7 +76,7 @@ def test_a_malformed_file_is_refused_with_its_line_and_the_mend(read, text, line
     ("text", "fault"),
     [
         (HEADER, "has no track; add lines"),
-        (HEADER + "6453,1,0,0,0\n6453,2,0,0,0\n6453,2,1,0,0\n", "a track needs two or more"),
+        (HEADER + "6453,1,0,0,0\n6453,2,0,0,0\n6453,2,1,0,0\n", "a track needs at least two"),
     ],
 )
 def test_a_file_without_tracks_is_refused(read, text, fault):
@@ -85,7 +89,7 @@ def test_a_file_that_is_not_there_or_is_a_folder_is_refused(tmp_path):
         CsvError, match=r"no\.csv can't be read \(No such file or directory\); name"
     ):
         read_tracks([tmp_path / "no.csv"], most_cycles=23)
-    with pytest.raises(CsvError, match=r"can't be read \(Is a directory\); name a CSV file"):
+    with pytest.raises(CsvError, match=r"can't be read \(Is a directory\); name a readable CSV"):
         read_tracks([tmp_path], most_cycles=23)
 
 
@@ -104,8 +108,6 @@ def test_several_files_are_read_one_after_the_other(tmp_path):
 def test_a_trial_that_two_files_have_is_refused_with_both(tmp_path):
     for name in "ab":
         (tmp_path / name).write_text(HEADER + "6453,one,0,0,0\n6453,one,1,1,1\n")
-    fault = (
-        r"b, line 2: design 6453 has a trial 'one' in .*a as well; give one of them another name"
-    )
+    fault = r"b, line 2: design 6453 also has a trial 'one' in .*a; rename one of the two trials"
     with pytest.raises(CsvError, match=fault):
         read_tracks([tmp_path / "a", tmp_path / "b"], most_cycles=23)

@@ -71,7 +71,7 @@ def layers(package: str) -> list[list[str]]:
     Raises
     ------
     ValueError
-        Where components import each other in a circle, naming them.
+        If components import each other in a circle; the message names them.
     """
     needs = {
         component: {

@@ -1,12 +1,12 @@
-"""Hold the engine's seatings, instruction sets and pauses against each other on random batches.
+"""Compare the engine's seatings, instruction sets and pauses on random batches.
 
     python tools/fuzz.py [--count 20000] [--seed 0] [--isa NAME]
 
-Every batch is a random lattice, designs from sparse to full, a physics from tame to wild, perhaps
-phases and strain cycle by cycle. It is simulated with a design per lane, with one body across the
-lanes, as the planner would, and in pieces that are saved and restored on another seating: all have
-to give the same bits, of tracks, frames and statuses too. The pump's work is measured, but in
-pieces, where it can't be. Which NaN it is does not matter.
+Every batch has a random lattice, designs from sparse to full, a physics from tame to wild, and
+perhaps phases and strain cycle by cycle. It is simulated with a design per lane, with one body
+across the lanes, as the planner chooses, and in pieces that are saved and restored on another
+seating. All must give the same bits, also in tracks, frames and statuses. The pump's work is
+compared too, except in pieces, which can't measure it. All NaNs count as equal.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STEPS = 250
 
 
 def random_batch(rng: np.random.Generator) -> engine.Batch:
-    """Draw designs, a physics and how they are actuated."""
+    """Draw designs, a physics and an actuation."""
     shape = tuple(rng.integers(1, 6, 3)) if rng.random() < 0.9 else tuple(rng.integers(1, 11, 3))
     n = int(rng.integers(1, 12)) if np.prod(shape) < 100 else int(rng.integers(1, 4))
     filled = rng.choice([0.2, 0.5, 0.67, 0.9, 1.0])
@@ -53,7 +53,7 @@ def random_batch(rng: np.random.Generator) -> engine.Batch:
         damping_ground=rng.uniform(0, 1.5),
         strain=rng.uniform(0, 3) if wild else rng.uniform(0, 0.5),
         settle_time=0.0,
-        frequency_hz=1e-6,  # until the step is known
+        frequency_hz=1e-6,  # replaced when the step is known
         time_step_fraction=rng.uniform(0.3, 0.9),
     )
     step = np.asarray(physics.time_step)
@@ -77,7 +77,7 @@ def random_batch(rng: np.random.Generator) -> engine.Batch:
         frames=int(rng.choice([0, 20])),
     )[2]
     batch = replace(batch, energy=True)
-    if rng.random() < 0.2:  # past what Physics takes: one that blows up, among others that do not
+    if rng.random() < 0.2:  # beyond Physics' bounds: one diverges among others that do not
         batch.parameters["damping_link"][rng.integers(n)] = rng.uniform(1, 8)
         batch.strain[rng.integers(n)] = rng.choice([5.0, 1e3, np.nan])
     return batch
@@ -96,7 +96,7 @@ def differing(output: engine.Output, expected: engine.Output) -> list[str]:
 
 
 def in_pieces(batch: engine.Batch, rng: np.random.Generator, isa: str) -> engine.Output:
-    """Simulate in pieces, each restored from what the one before kept, on a seating of its own."""
+    """Simulate in pieces, each restored from the state saved by the last, on a random seating."""
     kept: dict[str, Any] | None = None
     output: engine.Output | None = None
     while True:
@@ -113,7 +113,7 @@ def in_pieces(batch: engine.Batch, rng: np.random.Generator, isa: str) -> engine
 
 
 def main() -> int:
-    """Draw and compare; return 1 where anything differs."""
+    """Draw and compare batches; return 1 if anything differs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=20_000, help="random batches (20000)")
     parser.add_argument("--seed", type=int, default=0, help="of the first batch (0)")

@@ -1,9 +1,9 @@
-"""Make sure that every link of a built site leads somewhere on it, and that the site is whole.
+"""Check that every link of a built site leads to a place on it, and that nothing is missing.
 
 Usage: python tools/links.py FOLDER
 
-Looks at the files alone. Links to other hosts are not followed; a script, a style sheet, a
-picture or frame from one is an error. The exit status is 1 where something is wrong.
+Checks the files only. Links to other hosts are not followed, but a script, style sheet, picture or
+frame from another host is an error. The exit status is 1 if something is wrong.
 """
 
 import sys
@@ -14,7 +14,7 @@ from bs4 import BeautifulSoup
 
 
 def wrong(site: Path) -> list[str]:
-    """Return what is wrong with the links of the HTML files under a folder, one line each."""
+    """Return a line for each wrong link in the HTML files under a folder."""
     pages = {
         path.resolve(): BeautifulSoup(path.read_bytes(), "html.parser")
         for path in site.rglob("*.html")

@@ -1,6 +1,6 @@
-"""What turns a heading, and what never does: the numbers of docs/reality-gap.md that no table has.
+"""The effects of single changes on headings: numbers of docs/reality-gap.md that no table has.
 
-Run by `make mechanisms`; about three minutes of one core. Prints each with what it is of.
+Run by `make mechanisms`; takes about three minutes of one core. Prints every number with a label.
 """
 
 from dataclasses import replace
@@ -37,7 +37,7 @@ SCAN = {
 
 
 def turned(nominal: np.ndarray, real: np.ndarray) -> tuple[float, float, int]:
-    """Return share turned by more than 90 degrees, median share of the distance, and how many."""
+    """Return the share turned by more than 90 degrees, the median share of distance, and n."""
     before, after = (np.hypot(*one[:, :2].T) for one in (nominal, real))
     moves = (before > LITTLE) & (after > LITTLE)
     if not moves.any():
@@ -47,7 +47,7 @@ def turned(nominal: np.ndarray, real: np.ndarray) -> tuple[float, float, int]:
 
 
 def main() -> None:
-    """Print all."""
+    """Print all numbers."""
     top = ranked(value(landscape()))[:TOP]
     nominal = simulate(top, PUBLISHED).displacement
     print(f"one parameter changed, the simulator's best {TOP}: turned, distance, moving")

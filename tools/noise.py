@@ -1,6 +1,6 @@
-"""Make the landscapes under noise that ship with the package, data/computed/noise.npz, anew.
+"""Recompute the landscapes under noise that ship with the package, data/computed/noise.npz.
 
-Run by `make noise`, after a change of the engine or of the noise; takes about ten minutes.
+Run by `make noise`, after a change of the engine or the noise; takes about ten minutes.
 """
 
 import sys
@@ -19,14 +19,15 @@ from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS
 from softvox_gym.noise import Jakobi
 from softvox_gym.progress import Progress
 
-#: Draws of every design; and how many there are, at least, of so many designs with the best means.
+#: Draws of every design; and for each larger number of draws, how many designs with the best means
+#: get at least so many.
 DRAWS = 64
 REDRAWN = {256: 100, 4096: 20}
 
-#: Simulations in one crossing into C.
+#: Simulations in one call into C.
 BATCH = 4096
 
-#: The fittest designs without noise that are drawn anew.
+#: How many of the fittest designs without noise are drawn anew.
 N_NOMINAL = 200
 
 
@@ -45,8 +46,7 @@ def main() -> None:
 def measure(level: float, progress: Progress) -> NDArray[np.void]:
     """Make the table of one level; see `softvox_gym.noisy_landscape`.
 
-    Design i is drawn with the seed i, anew with 6561 + i, and once more with 2 * 6561 + i, at every
-    level.
+    At every level, design i is drawn with the seed i, then with 6561 + i, then with 2 * 6561 + i.
     """
     everything = np.arange(N_DESIGNS)
     rows = sample(everything, level, draws=DRAWS, seeds=everything, progress=progress)
@@ -68,23 +68,23 @@ def sample(
     seeds: NDArray[np.int64],
     progress: Report | None = None,
 ) -> NDArray[np.void]:
-    """Try designs under noise, each with draws of its own seed, and return their statistics.
+    """Evaluate designs under noise, each with its own seed, and return their statistics.
 
     Parameters
     ----------
     designs, seeds : ndarray of int, shape (n,)
-        Numbers, and what the random generator of each is seeded with.
+        Numbers, and the seed of each design's random generator.
     level : float
-        Of the noise.
+        Level of the noise.
     draws : int
-        Per design.
+        Draws per design.
     progress : callable (done, total), optional
         Called with the number of simulations.
 
     Returns
     -------
     structured ndarray, shape (n,)
-        As `noisy_landscape` has them.
+        Rows as in `noisy_landscape`.
     """
     batch = max(1, BATCH // draws)
     rows = np.zeros(len(designs), dtype=ROW)
@@ -109,7 +109,7 @@ def sample(
 
 
 def next_stage(rows: NDArray[np.void]) -> tuple[int, int, NDArray[np.int64]] | None:
-    """Return which designs are among the best with too few draws, and how many they need."""
+    """Return the designs among the best that have too few draws, and how many they need."""
     order = np.argsort(-rows["mean"], kind="stable")
     for number, (draws, count) in enumerate(REDRAWN.items(), start=1):
         more = order[:count][rows["draws"][order[:count]] < draws]

@@ -1,7 +1,7 @@
-"""Make what ships of landscapes of several phases, src/softvox_gym/data/computed/phased.*, anew.
+"""Recompute the shipped parts of landscapes of several phases, data/computed/phased.*.
 
-Run by `make phased`, after a change of the engine's bits. It takes about half an hour of one core;
-that of four phases is kept in the user's cache folder, and taken up there.
+Run by `make phased`, after a change of the engine's bits. It takes about half an hour of one core.
+The landscape of four phases is kept in the user's cache folder, and continued from there.
 """
 
 import json
@@ -26,15 +26,15 @@ from softvox_gym.manifest import digest
 from softvox_gym.progress import Progress
 from softvox_gym.realities import Reality
 
-#: So many of the fittest designs of four phases ship.
+#: How many of the fittest designs of four phases ship.
 FITTEST = 1000
 
 
 def main() -> None:
-    """Simulate both landscapes, that of four phases where it is not kept; write what ships."""
+    """Simulate both landscapes, four phases only if not in the cache; write the shipped files."""
     reality = Reality.of(Physics.published())
     with Progress(sys.stderr, unit="designs of 2 phases") as progress:
-        two = simulated(reality, phased_lattice(2), progress=progress)  # which also ships
+        two = simulated(reality, phased_lattice(2), progress=progress)  # not the shipped one
     with Progress(sys.stderr, unit="designs of 4 phases") as progress:
         four = phased(reality, phased_lattice(4), progress=progress)
     displacement = np.stack([four[axis] for axis in AXES], axis=-1)

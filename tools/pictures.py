@@ -1,8 +1,9 @@
-"""Draw the committed pictures anew that are made of figures.
+"""Redraw the committed pictures that are made of figures.
 
-Run by `make pictures`, after a change of how figures look: those of docs/figures.md and
-docs/trials-compare.md and the README, of baselines/*/report.md, with these pages, from the tables
-of the committed comparisons; and the films of docs/environments/control.md and growth.md.
+Run by `make pictures`, after a change in the look of figures. Redraws the figures of
+docs/figures.md, docs/trials-compare.md and the README; those of baselines/*/report.md, with these
+pages, from the tables of the committed comparisons; and the films of docs/environments/control.md
+and growth.md.
 """
 
 import io
@@ -34,15 +35,15 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 BASELINES = ("noise_free", "noise", "transfer", "phased")
 
-#: Of the files, which hold few: what is drawn has fewer still, but for shaded robots.
+#: Colours of the files; pictures have fewer, except those of shaded robots.
 COLOURS = 256
 
-#: Of the published landscape.
+#: The best design of the published landscape.
 BEST = Design(6453)
 
 
 def smaller(png: bytes) -> bytes:
-    """Return a picture with as many colours as a palette has."""
+    """Return a picture with a palette of `COLOURS`."""
     content = io.BytesIO()
     picture = Image.open(io.BytesIO(png)).convert("RGB").quantize(COLOURS)
     picture.save(content, "png", optimize=True)
@@ -50,7 +51,7 @@ def smaller(png: bytes) -> bytes:
 
 
 def draw_docs() -> None:
-    """Draw every figure of our own data, and the gallery with one robot per class."""
+    """Draw every figure of this project's data, and the gallery with one robot per class."""
     files = files_of(make("gallery", Inputs(one_per_class=True)), ["png"])
     files = {"gallery_classes.png": files["gallery.png"]}
     for name in FIGURES:
@@ -62,7 +63,7 @@ def draw_docs() -> None:
 
 
 def draw_phased() -> None:
-    """Draw which share of designs travels how far, by phases; of four, where that is known here."""
+    """Draw the distribution of distances by phases; of four phases only if it is known here."""
     with view_style.style():
         made = view_style.figure(4.2, 2.4)
         axis = made.subplots()
@@ -82,14 +83,14 @@ def draw_phased() -> None:
 
 
 def draw_sheet() -> None:
-    """Draw the sheet of the best design, as docs/build.md shows it."""
+    """Draw the sheet of the best design for docs/build.md."""
     (page,) = sheets.draw_sheet(plan(BEST), sheets.facts_of([BEST])[0])
     with sheet_style():
         write_file(DOCS / "build_6453.png", smaller(view_style.encoded(page)), force=True)
 
 
 def draw_trials() -> None:
-    """Draw the figures of docs/trials-compare.md, of the trials that its program makes."""
+    """Draw the figures of docs/trials-compare.md, from the trials that its program makes."""
     program = (DOCS / "trials-compare.md").read_text().split("```python\n")[1].split("```")[0]
     names: dict[str, Any] = {}
     with TemporaryDirectory() as folder, chdir(folder):
@@ -112,7 +113,7 @@ def draw_growth() -> None:
 
 
 def draw_baselines() -> None:
-    """Draw the figures of the committed comparisons, and write their pages, as their reports do."""
+    """Draw the figures of the committed comparisons, and write their pages."""
     for name in BASELINES:
         folder = ROOT / "baselines" / name
         tables, results = text.read(folder / "tables"), read(folder, of_transfer=None)
@@ -128,7 +129,7 @@ def draw_baselines() -> None:
 
 
 def draw_control() -> None:
-    """Film the full cube as docs/environments/control.md controls it, in real time."""
+    """Film the full cube with the controller of docs/environments/control.md, in real time."""
     gait = np.array([[1, 0], [1, 1], [0, 1], [0, 1]])[:, [0, 1] * 4]
     env = gym.make(
         "SoftVoxControl-v0", design=6560, interval=0.25, render_mode="rgb_array_list"
@@ -139,7 +140,7 @@ def draw_control() -> None:
     seen = env._seen[1:]
     path, poses = np.array(seen[-1].path), [pose for step in seen for pose in step.poses]
     size = (384, 288)
-    # All of the way is known now, so the camera can stand still: a smaller file.
+    # The whole path is known here, so the camera can stand still, which makes a smaller file.
     stage = Stage([Walk(seen[0].stand, path)], width=size[0], height=size[1])
     first = len(path) - len(poses)
     every = range(0, len(poses), 4)  # of 50 per second
@@ -148,7 +149,7 @@ def draw_control() -> None:
 
 
 def main() -> None:
-    """Draw all."""
+    """Draw all pictures."""
     draw_docs()
     draw_sheet()
     draw_control()

@@ -1,8 +1,8 @@
-"""Make the tables of the named realities, src/softvox_gym/data/computed/realities.npz, anew.
+"""Recompute the tables of the named realities, src/softvox_gym/data/computed/realities.npz.
 
 Run by `make realities`, after a change of the engine's bits or of a reality. It takes about 40
-minutes of one core, nearly all of them for the high resolution; names given as arguments are done
-alone, and the others kept.
+minutes of one core, nearly all for the high resolution. With names as arguments only these are
+recomputed.
 """
 
 import sys
@@ -17,7 +17,7 @@ from softvox_gym.progress import Progress
 
 
 def main(names: list[str]) -> None:
-    """Simulate all designs in the realities of some names, or in all."""
+    """Simulate all designs in the named realities, or in all."""
     path = Path(str(COMPUTED)) / REALITIES
     arrays = dict(np.load(path)) if names and path.exists() else {}
     known = shipped()

@@ -1,7 +1,7 @@
-"""What half the time step changes under random physics: the numbers of docs/physics.md 11.
+"""Changes of fitness at half the time step under random physics: docs/physics.md, section 11.
 
-Run by `make step-error`; about ten minutes of one core. Draws physics from wide ranges, a design
-for each, simulates them at the time step and at half of it, and prints how far fitness is apart.
+Run by `make step-error`; takes about ten minutes of one core. Draws physics from wide ranges, with
+a design for each, simulates them at the time step and at half of it, and prints the differences.
 """
 
 import warnings
@@ -13,7 +13,7 @@ from softvox_gym.physics import ACTUATIONS, STEPS_PER_CYCLE, ParameterError
 
 N, CHUNK, SEED = 20_000, 400, 11
 
-#: Ends of the ranges; drawn evenly in the logarithm.
+#: Ends of the ranges; draws are uniform in the logarithm.
 LOGARITHMIC = {
     "youngs_modulus": (3e6, 3e7),
     "friction_static": (0.01, 3.0),
@@ -31,7 +31,7 @@ SLOW = 0.1
 
 
 def drawn(rng: np.random.Generator, actuation: str) -> tuple[Physics, int]:
-    """Return a random physics that is accepted, and how many were refused before it."""
+    """Return a random valid physics, and how many draws were refused before it."""
     refused = 0
     while True:
         one = {name: np.exp(rng.uniform(*np.log(ends))) for name, ends in LOGARITHMIC.items()}
@@ -48,7 +48,7 @@ def drawn(rng: np.random.Generator, actuation: str) -> tuple[Physics, int]:
 
 
 def pump_speed(physics: Physics) -> float:
-    """Return how fast the pump moves edges, a jump at its start included, over sound's speed."""
+    """Return the speed of pumped edges, including a jump at the start, over that of sound."""
     rate = float(np.sqrt(physics.youngs_modulus / physics.density)) / physics.edge
     turn = 2 * np.pi * float(physics.frequency_hz)
     start = float(np.sin(turn * physics.settle_time))
@@ -67,7 +67,7 @@ def row(name: str, error: np.ndarray) -> str:
 
 def main() -> None:
     """Draw, simulate and print."""
-    warnings.simplefilter("ignore", UserWarning)  # few steps a cycle: told apart below
+    warnings.simplefilter("ignore", UserWarning)  # few steps per cycle: listed separately below
     rng = np.random.default_rng(SEED)
     made, refused = [], 0
     for i in range(N):
@@ -75,7 +75,7 @@ def main() -> None:
         made.append(physics)
         refused += more
     designs = rng.integers(1, 6561, N)
-    # Designs that run together take about as long.
+    # Sorted so that designs that run together take equally long.
     order = sorted(range(N), key=lambda i: (made[i].actuation, float(made[i].time_step)))
     diverged, error = np.zeros(N, dtype=bool), np.full(N, np.nan)
     names = (*LOGARITHMIC, "friction_kinetic", "poisson_ratio", "shear_strength")

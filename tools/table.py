@@ -1,6 +1,6 @@
-"""Make the table that ships with the package, src/softvox_gym/data/computed/landscape.*, anew.
+"""Recompute the table that ships with the package, src/softvox_gym/data/computed/landscape.*.
 
-Run by `make table`, after a change of the engine that changes its bits.
+Run by `make table`, after a change of the engine's bits.
 """
 
 import json
@@ -13,13 +13,13 @@ from softvox_gym.files import archive_of, write_file
 from softvox_gym.landscapes.table import COMPUTED, N_DESIGNS, TRACKS
 from softvox_gym.manifest import digest, provenance
 
-#: Where the tracks come from: version, commit and digest of the engine's bits.
+#: File with the origin of the tracks: version, commit and digest of the engine's bits.
 ORIGIN = "landscape.json"
 FACTS = ("version", "commit", "compiler", "instruction_set")
 
 
 def main() -> None:
-    """Simulate all designs and write their tracks, and where they come from."""
+    """Simulate all designs, and write their tracks and the origin of these."""
     origin = provenance()
     result = simulate(np.arange(N_DESIGNS), track=1)
     assert result.track is not None

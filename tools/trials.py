@@ -1,7 +1,7 @@
-"""Make the simulated trials that ship with the package, src/softvox_gym/data/trials, anew.
+"""Recompute the simulated trials that ship with the package, src/softvox_gym/data/trials.
 
 Run by `make trials`, after a change of the engine's bits, of a reality or of the format; takes some
-seconds. Measured trials there are left alone.
+seconds. Measured trials there are not changed.
 """
 
 from softvox_gym import Reality, realities
@@ -12,7 +12,7 @@ from softvox_gym.trials.database import add, shipped
 #: The three e-types and three f-types of the paper's text, and three more: docs/calibrate.md.
 DESIGNS = (6453, 6013, 2117, 6489, 6481, 1385, 6330, 4690, 573)
 
-#: One point in so many of `tracks_of`: five in a cycle.
+#: Every tenth point of `tracks_of` is kept: five per cycle.
 EVERY = 10
 
 WHO = "softvox-gym"
@@ -21,7 +21,7 @@ PUBLISHED = Reality("published", about="the simulator of the paper, as published
 
 
 def main() -> None:
-    """Write the trials of all realities, and take away what was made before."""
+    """Write the trials of all realities, and delete the earlier ones."""
     made = [trial for one in (PUBLISHED, *realities().values()) for trial in trials_of(one)]
     for path in shipped().glob("*.json"):
         if {f'"who": "{WHO}",', '"source": "simulated",'} <= {*path.read_text("utf-8").split("\n")}:
@@ -30,7 +30,7 @@ def main() -> None:
 
 
 def trials_of(reality: Reality, designs: tuple[int, ...] = DESIGNS) -> list[Trial]:
-    """Return what designs do in a reality, as trials."""
+    """Return the tracks of designs in a reality, as trials."""
     physics = reality.physics
     return [
         Trial(

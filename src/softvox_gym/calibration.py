@@ -75,7 +75,7 @@ def grid_of(text: str) -> dict[str, tuple[float, ...] | None]:
         name, has_values, values = part.partition("=")
         name = name.strip().replace("-", "_")
         if not name:
-            raise ValueError("there is nothing between two commas; name an axis, as friction")
+            raise ValueError("there is nothing between two commas; name an axis, such as friction")
         if name in grid:
             raise ValueError(f"{name} is in the grid twice; give all its values at once")
         own = (value for one in values.split(",") for value in _values(name, one))
@@ -118,7 +118,7 @@ def settings(name: str, values: ArrayLike | None) -> list[dict[str, float]]:
         raise ValueError(f"no axis {name!r}{hint}; there are {', '.join(known)}")
     if values is None:
         if name not in AXES:
-            raise ValueError(f"{name} has no usual values; give some, as {name}=1,2,3")
+            raise ValueError(f"{name} has no default values; give some, as {name}=1,2,3")
         values = AXES[name]
     array = np.asarray(values)
     if array.ndim != 1 or not array.size or array.dtype.kind not in "iuf":
@@ -375,7 +375,7 @@ def calibrate(
             f"reality that Reality.from_trials makes, got a {type(tracks).__name__}"
         )
     if not tracks:
-        raise ValueError("there are no tracks; give one at least")
+        raise ValueError("there are no tracks; give at least one")
     by_design: dict[int, list[RealTrack]] = {}
     for track in tracks:
         by_design.setdefault(track.design, []).append(track)
@@ -419,7 +419,7 @@ def calibrate(
 def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
     """Return the settings of every axis; ValueError if two set the same, or there are none."""
     if not grid:
-        raise ValueError("the grid has no axes; name one, as friction")
+        raise ValueError("the grid has no axes; name one, such as friction")
     axes = {name: settings(name, values) for name, values in grid.items()}
     taken: dict[str, str] = {}
     for name in axes:
@@ -427,7 +427,7 @@ def _axes(grid: Mapping[str, ArrayLike | None]) -> list[list[dict[str, float]]]:
         for parameter in NAMES.get(name, (name,)):
             key = parameter.replace("shear_ratio", "shear_strength")
             if key in taken:
-                raise ValueError(f"{taken[key]} and {name} both say {key}; give one of them")
+                raise ValueError(f"{taken[key]} and {name} both set {key}; give only one of them")
             taken[key] = name
     return list(axes.values())
 

@@ -1,4 +1,4 @@
-"""Evaluations cut into chunks for the workers of a cluster, and put together again."""
+"""Evaluations split into chunks for the workers of a cluster, and merged again."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from softvox_gym.noise import Jakobi
 from softvox_gym.realities import Reality
 from softvox_gym.simulation import Frames, Result
 
-#: Voxels times steps of a chunk, a second or two; cutting and sending it take a few hundredths of
-#: that (benchmarks/cluster.csv).
+#: Voxels times steps of a chunk, which takes a second or two; splitting and sending take a few
+#: hundredths of that (benchmarks/cluster.csv).
 CHUNK_WORK = 1e8
 
-#: Of one evaluation, so that a scheduler of many workers is not what they wait for.
+#: Most chunks of one evaluation; with more, many workers would wait for the scheduler.
 MOST_CHUNKS = 4000
 
-#: `softvox_gym.evaluate`, which stands above this module, and what it returns.
+#: `softvox_gym.evaluate`, which is in a layer above this module, and its result.
 Evaluate = Callable[..., Any]
 Evaluation = Any
 
@@ -38,32 +38,30 @@ def evaluate_on(
     threads: int | None,
     **options: Any,
 ) -> Evaluation:
-    """Evaluate on a cluster; arguments are as `softvox_gym.evaluate` has checked them.
+    """Evaluate on a cluster; `softvox_gym.evaluate` has checked the arguments.
 
-    The generators are those of the designs, none where nothing is drawn. They are left in the state
-    that an evaluation here would leave them in.
+    There is a generator per design, or none if nothing is drawn. Their final states are those after
+    a local evaluation.
 
     Parameters
     ----------
     client : object
-        With `submit(function, *arguments, pure=False)`, which returns a future, and `gather`,
-        which returns the results of a list of them; such as `distributed.Client`.
+        An object with `submit(function, *arguments, pure=False)`, which returns a future, and
+        `gather`, which returns the results of a list of futures; such as `distributed.Client`.
 
     Raises
     ------
     TypeError, ValueError
-        For a client that is none, or designs that share a generator: they could not draw in turn.
+        If the client lacks a method, or designs share a generator, so could not draw in turn.
     RuntimeError
-        Where a worker's engine gives other bits than this process's.
+        If a worker's engine gives other bits than this process's.
     """
     if not all(callable(getattr(client, name, None)) for name in ("submit", "gather")):
         raise TypeError(
-            f"client must have submit and gather, as distributed.Client, got {client!r}"
+            f"client must have submit and gather, like distributed.Client, got {client!r}"
         )
     if len({id(rng.bit_generator) for rng in generators}) < len(generators):
-        raise ValueError(
-            "seed must be a generator of its own for every design where client is given"
-        )
+        raise ValueError("seed must be a different generator for every design if client is given")
     options |= {"physics": reality, "trials": trials, "threads": threads or 1}
     order, chunks = _chunks(stack, reality, trials if generators else 1)
     futures = [
@@ -88,9 +86,9 @@ def evaluate_on(
 def _chunks(
     stack: NDArray[np.uint8], reality: Reality, trials: int
 ) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
-    """Return an order of the designs, and it cut into chunks of equal work.
+    """Return an order of the designs, and that order split into chunks of equal work.
 
-    Those of like body plans are together, as the engine moves them together.
+    Designs with the same body plan are together, because the engine simulates them together.
     """
     physics = reality.of_parts(reality.physics)
     voxels = np.maximum(np.count_nonzero(stack, axis=(1, 2, 3)), 1) * reality.resolution**3
@@ -105,7 +103,7 @@ def _chunks(
 
 @cache
 def _probe(evaluate: Evaluate) -> bytes:
-    """Return the bits that this process's engine and NumPy give some designs under noise."""
+    """Return the bits of some designs under noise, from this process's engine and NumPy."""
     tried = evaluate(np.arange(40, 3**8, 410), perturbations=[Jakobi(2.0)], seed=0, threads=1)
     return np.asarray(tried.displacement).tobytes()
 
@@ -117,11 +115,11 @@ def _evaluated(
     generators: list[np.random.Generator],
     options: dict[str, Any],
 ) -> tuple[Evaluation, list[Any]]:
-    """Evaluate a chunk on a worker; return the states of the generators too."""
+    """Evaluate a chunk on a worker; also return the states of the generators."""
     if _probe(evaluate) != probe:
         raise RuntimeError(
-            "a worker's engine, or its NumPy, gives other bits than that of the client; install "
-            "the same versions on both"
+            "a worker's engine, or its NumPy, gives other bits than the client's; install the same "
+            "versions on both"
         )
     evaluation = evaluate(stack, seed=generators or None, **options)
     return evaluation, [rng.bit_generator.state for rng in generators]
@@ -130,7 +128,7 @@ def _evaluated(
 def _joined(
     parts: Sequence[Evaluation], places: NDArray[np.int64], stack: NDArray[np.uint8]
 ) -> Evaluation:
-    """Return parts as one evaluation; places says where in their row each design is."""
+    """Return parts as one evaluation; places has the index of each design in the joined parts."""
     columns = _columns(parts, ("fitness", "displacement", "track", "steps", "energy"), places)
     results = [part.result for part in parts if part.result is not None]
     k = sum(map(len, results)) // len(stack)
@@ -140,7 +138,7 @@ def _joined(
 
 
 def _result(parts: Sequence[Result], rows: NDArray[np.int64]) -> Result:
-    """Return the simulations as one, its rows in another order."""
+    """Return the simulations as one, with rows in another order."""
     columns = _columns(
         parts, ("designs", "diverged", "displacement", "start", "end", "steps", "energy"), rows
     )
@@ -151,7 +149,7 @@ def _result(parts: Sequence[Result], rows: NDArray[np.int64]) -> Result:
     physics = replace(parts[0].physics, **own)
     track = _padded([part.track for part in parts])[rows]
     stays = ~columns["designs"].any(axis=(1, 2, 3)) & ~columns["diverged"]
-    track[stays] = 0.0  # past the end of a shorter part too
+    track[stays] = 0.0  # also past the end of a shorter part
     frames = [part.frames for part in parts if part.frames is not None]
     made = None
     if frames:
@@ -169,7 +167,7 @@ def _result(parts: Sequence[Result], rows: NDArray[np.int64]) -> Result:
 
 
 def _columns(parts: Sequence[Any], names: Sequence[str], rows: NDArray[np.int64]) -> Any:
-    """Return what several have, by name, as one in another order; but what they have not."""
+    """Return the named arrays of all parts, joined and reordered, except those that are None."""
     return {
         name: np.concatenate([getattr(part, name) for part in parts])[rows]
         for name in names
@@ -178,7 +176,7 @@ def _columns(parts: Sequence[Any], names: Sequence[str], rows: NDArray[np.int64]
 
 
 def _padded(parts: Sequence[Any]) -> Any:
-    """Return arrays of shape (n, k, ...) in a row, NaN past the end of those with a smaller k."""
+    """Return arrays of shape (n, k, ...) joined, padded with NaN to the largest k."""
     longest = max(part.shape[1] for part in parts)
     return np.concatenate(
         [

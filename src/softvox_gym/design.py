@@ -19,12 +19,12 @@ from softvox_gym import design_files
 from softvox_gym.lattice import FACES, Lattice, number_of, whole
 
 #: The remedy for a digit that is too large.
-_MORE = "; shape=Lattice.of(shape, phases=P) has those up to P + 1"
+_MORE = "; shape=Lattice.of(shape, phases=P) allows digits up to P + 1"
 
 #: Designs that `buildable` processes together.
 _AT_ONCE = 2**14
 
-#: Sites of a lattice up to which it is remembered which bodies are in one piece.
+#: Largest number of sites for which it is cached which bodies are in one piece.
 REMEMBERED = 64
 
 DesignLike: TypeAlias = Union[int, str, "Design", ArrayLike]
@@ -83,7 +83,7 @@ class Design:
         else:
             digits, own = _digits_of_array(design, lattice)
         if lattice is not None and lattice != own:
-            raise ValueError(f"design has shape {own}, but shape={lattice} was asked for")
+            raise ValueError(f"design has shape {own}, but shape={lattice} was given")
         object.__setattr__(self, "_digits", digits)
         object.__setattr__(self, "lattice", own)
 
@@ -287,7 +287,7 @@ def refined(
         return fine
     if factor % 2 == 0:
         raise ValueError(
-            f"factor must be odd where expansion is spherical, to have a middle; got {factor}"
+            f"factor must be odd if expansion is spherical, to have a middle; got {factor}"
         )
     middle = slice(factor // 2, None, factor)
     made: NDArray[np.uint8] = np.minimum(fine, PASSIVE).astype(np.uint8)
@@ -349,7 +349,7 @@ def _check_length(what: str, length: int, lattice: Lattice) -> None:
     if length != lattice.sites:
         raise ValueError(
             f"{what} has {length} digits, but a {lattice} lattice has {lattice.sites} sites; "
-            "Design(..., shape=(nx, ny, nz)) is on another"
+            "Design(..., shape=(nx, ny, nz)) uses another lattice"
         )
 
 
@@ -375,12 +375,12 @@ def _as_array(values: Any) -> NDArray[Any]:
     if isinstance(values, (bytes, bytearray, memoryview, str)):
         raise TypeError(
             f"designs must be whole numbers, got {type(values).__name__}; "
-            "give a str of digits, or a list of such"
+            "give a str of digits, or a list of them"
         )
     try:
         return np.asarray(values)
     except ValueError:
-        raise ValueError("designs must be an even array of digits, got ragged rows") from None
+        raise ValueError("designs must have rows of equal length, got ragged rows") from None
 
 
 def _whole_numbers(array: NDArray[Any]) -> NDArray[Any]:
@@ -435,7 +435,7 @@ def _components(occupied: bytes, lattice: Lattice) -> tuple[tuple[int, ...], ...
 
 
 def _is_one(occupied: bytes, lattice: Lattice) -> bool:
-    """Return whether a body is in one piece; none is not."""
+    """Return whether a body is in one piece; an empty one is not."""
     return len(_components(occupied, lattice)) == 1
 
 
@@ -546,7 +546,7 @@ def _has_actuators(stack: NDArray[Any]) -> NDArray[np.bool_]:
 def _spread(
     begin: NDArray[np.bool_], within: NDArray[np.bool_], faces: Sequence[tuple[int, int, int]]
 ) -> NDArray[np.bool_]:
-    """Return which sites of a mask are reached from some, all of shape (nx, ny, nz, n)."""
+    """Return which sites of a mask can be reached from given ones, all (nx, ny, nz, n)."""
     made, reached = begin.copy(), 0
     while (count := int(made.sum())) > reached:
         reached = count
@@ -614,7 +614,7 @@ def batch_of(
     raise ValueError(
         f"designs must be an array of shape (n,) of design numbers, (n, {own.sites}) of digits or "
         f"(n, {', '.join(map(str, lattice)) if lattice else 'nx, ny, nz'}) of digits, "
-        f"got shape {array.shape}; Design(..., shape=(nx, ny, nz)) is on another lattice"
+        f"got shape {array.shape}; Design(..., shape=(nx, ny, nz)) uses another lattice"
     )
 
 

@@ -22,10 +22,10 @@ Body = tuple[NDArray[np.uint8], Lattice]
 
 FORMAT, VERSION = "softvox-gym design", 1
 
-#: A larger file is not read: a .vxa of the largest lattice takes a ninth.
+#: Largest file that is read; a .vxa of the largest lattice takes a ninth.
 MOST_BYTES = 2**23
 
-#: Of the only structure that is read and written: a character per voxel.
+#: Compression of the only structure that is read and written: a character per voxel.
 READABLE = "ASCII_READABLE"
 
 _VXA = """\
@@ -48,12 +48,12 @@ _VXA = """\
 
 
 def is_design_file(name: str) -> bool:
-    """Return whether a text is the name of a file of a design rather than a number or digits."""
+    """Return whether a text names a design file, rather than a number or digits."""
     return Path(name).suffix.lower() in _KINDS
 
 
 def save(path: Path, digits: str, lattice: Lattice, *, force: bool = False) -> None:
-    """Write a design into a file, as what the name ends in says; see `Design.save`."""
+    """Write a design into a file, in the format of its ending; see `Design.save`."""
     write, _ = _kind(path)
     content = write(lattice, digits).encode("ascii")
     if os.path.lexists(path) and not force:
@@ -63,15 +63,17 @@ def save(path: Path, digits: str, lattice: Lattice, *, force: bool = False) -> N
 
 
 def load(path: Path, *, materials: Mapping[int, int] | None = None) -> Body:
-    """Read a design from a file, as what its name ends in says; see `Design.load`."""
+    """Read a design from a file, in the format of its ending; see `Design.load`."""
     _, read = _kind(path)
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     try:
         if len(content) > MOST_BYTES:
-            raise ValueError(f"has more than {MOST_BYTES} bytes; a design has fewer")
+            raise ValueError(
+                f"has more than {MOST_BYTES} bytes, which no design has; name another file"
+            )
         if materials is not None and read is not _read_vxa:
-            raise ValueError("names no materials; leave materials out")
+            raise ValueError("names no materials; leave out materials")
         return read(content, materials)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{path}: {error}") from None
@@ -89,16 +91,20 @@ def _read_json(content: bytes, _: object) -> Body:
     except (ValueError, RecursionError):
         data = None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise ValueError(f"is no design: JSON with the format {FORMAT!r}, as Design.save writes it")
+        raise ValueError(
+            f"is not a design: JSON with the format {FORMAT!r}, as Design.save writes it"
+        )
     if type(data.get("version")) is not int or data["version"] != VERSION:
         raise ValueError(
-            f"is a design of version {shown(data.get('version'))}, and this package reads "
-            f"{VERSION}; install one that reads it"
+            f"is a design of version {shown(data.get('version'))}, but this package reads version "
+            f"{VERSION}; install a version of softvox-gym that reads it"
         )
-    # What a key says that is not known here may make it another robot.
+    # An unknown key may change the meaning of the others, so the file is refused.
     phases = data.pop("phases", 1)
     if others := sorted(data.keys() ^ {"format", "version", "shape", "digits"}):
-        raise ValueError(f"has or lacks the key {shown(others[0])}; save the design anew")
+        raise ValueError(
+            f"has or lacks the key {shown(others[0])}, unlike a design file; save the design again"
+        )
     shape, digits = data["shape"], data["digits"]
     if not (isinstance(shape, list) and all(type(side) is int for side in shape)):
         raise ValueError(f"shape must be three whole numbers, got {shown(shape)}")
@@ -109,7 +115,7 @@ def _read_json(content: bytes, _: object) -> Body:
 
 
 def _body(lattice: Lattice, text: Any, digits: Mapping[str, int]) -> Body:
-    """Return a body of a text with a character for each site, and the digit of each character."""
+    """Return the body for a text with a character per site, given each character's digit."""
     if not isinstance(text, str) or len(text) != lattice.sites or set(text) - set(digits):
         raise ValueError(
             f"a {lattice} design must be {lattice.sites} digits {', '.join(digits)}, got "
@@ -120,7 +126,7 @@ def _body(lattice: Lattice, text: Any, digits: Mapping[str, int]) -> Body:
 
 
 def shown(value: Any) -> str:
-    """Return the beginning of a value as Python writes it, whatever it is, for an error."""
+    """Return the beginning of any value's repr, for an error."""
     try:
         text = repr(value[:40] if isinstance(value, str) else value)
     except (ValueError, RecursionError):  # a number of thousands of digits, or lists in lists
@@ -130,7 +136,7 @@ def shown(value: Any) -> str:
 
 def _vxa(lattice: Lattice, digits: str) -> str:
     if lattice.phases > 1:
-        raise ValueError(f"a .vxa has no phases, and the design is on {lattice}; save it as .json")
+        raise ValueError(f"a .vxa has no phases, but the design is on {lattice}; save it as .json")
     area = lattice.nx * lattice.ny
     layers = [digits[begin : begin + area] for begin in range(0, len(digits), area)]
     marked = (f"<Layer><![CDATA[{layer}]]></Layer>\n" for layer in layers)
@@ -138,21 +144,21 @@ def _vxa(lattice: Lattice, digits: str) -> str:
 
 
 class _Builder(ElementTree.TreeBuilder):
-    """Makes a tree of elements; a file from a stranger has no entities to be expanded."""
+    """Builds a tree of elements; refuses a DOCTYPE, whose entities an attacker could misuse."""
 
     def doctype(self, *_: object) -> None:
-        raise ValueError("has a DOCTYPE, which no .vxa needs; take it out")
+        raise ValueError("has a DOCTYPE, which no .vxa needs; remove it")
 
 
 def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
     try:
         root = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
     except (ElementTree.ParseError, LookupError) as error:
-        raise ValueError(f"is no XML: {error}") from None
+        raise ValueError(f"is not XML: {error}") from None
     vxc = root if root.tag == "VXC" else root.find("VXC")
     structure = None if vxc is None else vxc.find("Structure")
     if vxc is None or structure is None:
-        raise ValueError("is no .vxa: it has no VXC with a Structure")
+        raise ValueError("is not a .vxa: it has no VXC with a Structure")
     if (compression := structure.get("Compression")) != READABLE:
         raise ValueError(f"has compression {shown(compression)}; save it as {READABLE}")
     shape = [_number(structure, f"{axis}_Voxels", int) for axis in "XYZ"]
@@ -166,19 +172,19 @@ def _read_vxa(content: bytes, materials: Mapping[int, int] | None) -> Body:
     known = {0: 0, **{_id(one): _digit(one) for one in vxc.findall("Palette/Material")}}
     known |= {} if materials is None else materials
     if not set(known.values()) <= {0, 1, 2}:
-        raise ValueError(f"materials must lead to 0, 1 or 2, got {materials}")
+        raise ValueError(f"materials must map to the digits 0, 1 or 2, got {materials}")
     text = "".join(layers)
     if unknown := set(text) - set(map(str, known)):
         raise ValueError(
-            f"has voxels of material {shown(min(unknown))}, which its palette lacks; say what it "
-            "is with materials={...}"
+            f"has voxels of material {shown(min(unknown))}, which its palette lacks; give its "
+            "digit with materials={...}"
         )
     return _body(lattice, text, {str(number): digit for number, digit in known.items()})
 
 
 def _id(material: ElementTree.Element) -> int:
     if not re.fullmatch("[1-9]", number := material.get("ID", "")):
-        raise ValueError(f"has a material of ID {shown(number)}; 1 to 9 are read")
+        raise ValueError(f"has a material of ID {shown(number)}; IDs must be 1 to 9")
     return int(number)
 
 

@@ -352,7 +352,7 @@ class PausedRun:
             made.drive(work, steps if about is None else about, self._threads)
 
     def state(self, *names: str) -> dict[str, NDArray[np.float64]]:
-        """Return copies of the named parts of STATE; NaN where there is no voxel or link."""
+        """Return copies of the named parts of STATE; NaN for a missing voxel or link."""
         arrays = {name: np.full(self._shape_of(name), np.nan) for name in names}
         self._copy(lib.sv_get_state, arrays)
         return arrays

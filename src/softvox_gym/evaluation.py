@@ -278,8 +278,8 @@ def evaluate(
     check_count("trials", trials, least=1, most=MOST_TRIALS)
     if trials * len(stack) > MOST_TRIALS:
         raise ValueError(
-            f"{len(stack)} designs of {trials} trials are {trials * len(stack)} in all, and at "
-            f"most {MOST_TRIALS} are done in one call; give fewer trials or designs"
+            f"{len(stack)} designs with {trials} trials each are {trials * len(stack)} trials, but "
+            f"one call takes at most {MOST_TRIALS}; give fewer trials or designs"
         )
     check_count("frames", frames, least=0)
     check_threads(threads)
@@ -349,7 +349,7 @@ def _perturbations(given: Sequence[Perturbation]) -> list[Perturbation]:
         if isinstance(one, type) or not all(map(callable, methods)):
             raise TypeError(
                 "perturbations must be a sequence of objects with the methods disturb and measure, "
-                f"as [softvox_gym.noise.Jakobi(1.0)], got {given!r}"
+                f"such as [softvox_gym.noise.Jakobi(1.0)], got {given!r}"
             )
     return perturbations
 

@@ -1,4 +1,4 @@
-"""Writing results: whole or not at all, and never over others unasked."""
+"""Writing results: completely or not at all, and never over existing ones unless forced."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 
 class OutputError(Exception):
-    """A place that results can't be written to; the message says why and how to mend it."""
+    """Results can't be written to a place; the message gives the reason and the remedy."""
 
 
 def check_file(path: Path, *, force: bool) -> None:
-    """Raise OutputError, before the work, where a file can't be written or is there unforced."""
+    """Raise OutputError, before the work, if a file can't be written, or exists without force."""
     if path.is_dir():
         raise OutputError(f"{path} is a folder; name a file")
     if os.path.lexists(path) and not force:
@@ -34,12 +34,12 @@ def check_file(path: Path, *, force: bool) -> None:
 
 
 def check_folder(path: Path, names: Iterable[str], *, force: bool) -> None:
-    """Raise OutputError, before the work, where files of these names can't be written to a folder.
+    """Raise OutputError, before the work, if files of these names can't be written to a folder.
 
     Without force, the folder must be new or empty.
     """
     if not path.is_dir():
-        if os.path.lexists(path) and not path.is_dir():  # something else may make it meanwhile
+        if os.path.lexists(path) and not path.is_dir():  # another process may have made it
             raise OutputError(f"{path} is not a folder; choose another")
         _check_writable(path.parent)
         return
@@ -52,12 +52,12 @@ def check_folder(path: Path, names: Iterable[str], *, force: bool) -> None:
 
 
 def write_file(path: Path, content: bytes, *, force: bool) -> None:
-    """Write a file: after a crash or an interrupt it is there in full, or as it was before.
+    """Write a file: after a crash or an interrupt it is complete, or as it was before.
 
     Raises
     ------
     OutputError
-        Where writing fails, or the file exists and force is not given.
+        If writing fails, or the file exists and force is not given.
     """
     with _temporary(path.parent, path) as temporary:
         _write(temporary, content)
@@ -68,29 +68,29 @@ def write_file(path: Path, content: bytes, *, force: bool) -> None:
 def archive_of(arrays: Mapping[str, NDArray[Any]], packing: int = zipfile.ZIP_LZMA) -> bytes:
     """Return arrays as an .npz archive that `numpy.load` reads; the same bytes for the same arrays.
 
-    Packed by LZMA, it takes a third less than what `numpy.savez_compressed` makes of tracks, and
-    four times as long to read as by `zipfile.ZIP_DEFLATED`.
+    With LZMA, archives of tracks are a third smaller than those of `numpy.savez_compressed`, and
+    take four times as long to read as with `zipfile.ZIP_DEFLATED`.
     """
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as archive:
         for name, values in arrays.items():
             array = io.BytesIO()
             np.save(array, values, allow_pickle=False)
-            member = zipfile.ZipInfo(f"{name}.npy")  # of a fixed date
+            member = zipfile.ZipInfo(f"{name}.npy")  # its date is fixed
             archive.writestr(member, array.getvalue(), packing)
     return content.getvalue()
 
 
 def write_folder(path: Path, contents: Mapping[str, bytes | str], *, force: bool) -> None:
-    """Write a folder of files: after a crash or an interrupt there is no half file in it.
+    """Write a folder of files: after a crash or an interrupt no file in it is incomplete.
 
-    A new folder appears with all its files at once. In a folder that exists the files are put one
-    by one, in the order given, each whole; other files there are left alone.
+    A new folder appears with all its files at once. Into an existing folder the files are moved one
+    by one, in the order given; other files there are left alone.
 
     Raises
     ------
     OutputError
-        Where writing fails, or a file exists and force is not given.
+        If writing fails, or a file exists and force is not given.
     """
     exists = path.is_dir()
     with _temporary(path if exists else path.parent, path) as temporary:
@@ -108,7 +108,7 @@ def write_folder(path: Path, contents: Mapping[str, bytes | str], *, force: bool
 
 @contextlib.contextmanager
 def _temporary(folder: Path, path: Path) -> Iterator[Path]:
-    """Yield an unused hidden name, and leave nothing there unless it has nowhere else to go."""
+    """Yield an unused hidden name; delete it afterwards, unless the results could not be moved."""
     temporary = folder / f".{path.name[:40]}.partial-{secrets.token_hex(6)}"  # below 255 bytes
     is_stranded = False
     try:
@@ -116,7 +116,7 @@ def _temporary(folder: Path, path: Path) -> Iterator[Path]:
     except OSError as error:
         if is_stranded := error.errno in (errno.EEXIST, errno.ENOTEMPTY):
             raise OutputError(
-                f"{path} was written by something else meanwhile; the results are in {temporary}"
+                f"{path} was written by another process meanwhile; the results are in {temporary}"
             ) from None
         raise OutputError(f"cannot write {path}: {error.strerror}") from None
     finally:
@@ -135,7 +135,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _put(source: Path, target: Path, *, force: bool) -> None:
-    """Move a file into place; without force, never over one that appeared in the meantime."""
+    """Move a file into place; without force, never over one that appeared meanwhile."""
     if not force:
         try:
             os.link(source, target)  # unlike a rename, this refuses where the target exists
@@ -148,7 +148,7 @@ def _put(source: Path, target: Path, *, force: bool) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Bring a folder's entries to the disk, where the file system can."""
+    """Flush a folder's entries to the disk, if the file system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

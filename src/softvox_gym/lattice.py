@@ -16,7 +16,7 @@ MAX_SITES = 10**6
 #: Design numbers up to here are int64; larger ones are Python ints in arrays of objects.
 _LARGEST = np.iinfo(np.int64).max
 
-#: A digit is one character.
+#: Most phases; each digit must be one character.
 MOST_PHASES = 8
 
 #: Offsets to the six neighbours of a site; the first four are horizontal.
@@ -78,7 +78,7 @@ class Lattice(NamedTuple):
             raise ValueError(f"shape must have positive sides, got {shape!r}")
         if nx * ny * nz > MAX_SITES:
             raise ValueError(
-                f"shape {nx}x{ny}x{nz} has {nx * ny * nz} sites, and at most {MAX_SITES} are taken"
+                f"shape {nx}x{ny}x{nz} has {nx * ny * nz} sites; at most {MAX_SITES} are allowed"
             )
         if phases is None:
             phases = shape.phases if isinstance(shape, Lattice) else 1

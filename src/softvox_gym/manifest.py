@@ -1,4 +1,4 @@
-"""Where results come from, the program, the machine and the moment; and a digest of them."""
+"""The provenance of results: program, machine and time; and a digest of results."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from softvox_gym.noise import Jakobi
 
 SOURCE = Path(__file__).resolve()
 
-#: Designs of which the engine's bits are looked at, nominally and disturbed.
+#: Designs whose bits `engine_probe` computes, without and with noise.
 PROBED = np.arange(40, 3**8, 410)
 
 
 def provenance(*, threads: int | None = None) -> dict[str, Any]:
-    """Return what results depend on, or might be asked about later; ready for JSON.
+    """Return what results depend on, and facts that may matter later; ready for JSON.
 
-    Take it before the work: it says when that started, and from which commit. The threads are those
-    handed to `simulate`. Raises ValueError as `softvox_gym.engine.isa_name` does.
+    Call it before the work: it records the time and the commit at the start. `threads` is as passed
+    to `simulate`. Raises ValueError as `softvox_gym.engine.isa_name` does.
     """
     return {
         "version": metadata.version("softvox-gym"),
@@ -53,10 +53,10 @@ def digest(displacement: NDArray[np.float64]) -> str:
 
 @lru_cache(maxsize=1)
 def engine_probe() -> str:
-    """Return a digest of what the loaded engine, and the noise, make of some designs.
+    """Return a digest of the results of some designs, with the loaded engine and its noise.
 
-    Results that were made with another may differ in their bits. Computed once per process, in a
-    tenth of a second.
+    Results with another digest may differ in their bits. Computed once per process, in a tenth of a
+    second.
     """
     nominal, disturbed = (
         evaluate(PROBED, perturbations=perturbations, seed=0).displacement
@@ -66,8 +66,8 @@ def engine_probe() -> str:
 
 
 def commit() -> str | None:
-    """Return the commit that this package runs from, "-dirty" where changed; None if installed."""
-    # An installed copy may lie inside some other repository, which does not track it.
+    """Return the commit that this package runs from, "-dirty" if changed; None if installed."""
+    # An installed copy may be inside another repository, which does not track it.
     if _output("git", "ls-files", "--error-unmatch", SOURCE.name) is None:
         return None
     head = _output("git", "rev-parse", "HEAD")
@@ -76,7 +76,7 @@ def commit() -> str | None:
 
 
 def cpu_model() -> str:
-    """Return the processor's name, as well as the system knows it."""
+    """Return the processor's name, as far as the system knows it."""
     with contextlib.suppress(OSError):
         linux = Path("/proc/cpuinfo").read_text(encoding="utf-8")
         if match := re.search(r"^model name\s*:\s*(.*\S)", linux, re.MULTILINE):
@@ -86,7 +86,7 @@ def cpu_model() -> str:
 
 
 def _output(*command: str) -> str | None:
-    """Return what a command prints, run in the source folder; None where it fails or is absent."""
+    """Return the output of a command in the source folder; None if it fails or is missing."""
     try:
         done = subprocess.run(
             command, cwd=SOURCE.parent, capture_output=True, text=True, timeout=10, check=True

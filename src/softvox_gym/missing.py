@@ -1,24 +1,24 @@
-"""What to say where an optional library is not installed."""
+"""The error message for optional libraries that are not installed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from importlib.util import find_spec
 
-#: Packages that are not called as their modules are.
+#: Packages whose names differ from those of their modules.
 PACKAGES = {"PIL": "pillow", "imageio_ffmpeg": "imageio-ffmpeg", "sklearn": "scikit-learn"}
 
 
 def missing(what: str, error: ImportError, modules: Iterable[str] = ()) -> str:
-    """Return a line that names every package that something lacks, and how to install them.
+    """Return a line that names every missing package, and how to install them.
 
-    The error is as the import raised it; of all the modules that are needed, those missing besides
-    are named at once.
+    `error` is the one that an import raised; `modules` are all needed modules, of which the missing
+    ones are named too.
 
     Raises
     ------
     ImportError
-        The error itself where it is not about a package of somebody else.
+        The error itself if it does not concern a third-party package.
 
     Examples
     --------

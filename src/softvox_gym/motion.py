@@ -1,4 +1,4 @@
-"""How robots of a batch moved, in voxel widths: what pictures and recordings of them show."""
+"""The motion of robots in a batch, in voxel widths, for pictures and recordings."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ class Motion(NamedTuple):
     position: NDArray[Any]  #: (k, m, 3) centres
     quaternion: NDArray[Any]  #: (k, m, 4) w, x, y, z
     edge: NDArray[Any]  #: (k, m)
-    built: Pose  #: before the first frame
-    begin: int  #: the frame nearest to when the pump begins
-    ends: NDArray[Any]  #: (2, 3) the centre of mass then, and at the end; NaN where it diverged
+    built: Pose  #: the robot before the first frame
+    begin: int  #: the frame nearest to the start of the pump
+    ends: NDArray[Any]  #: (2, 3) the centre of mass at that start and the end; NaN if it diverged
 
     @classmethod
     def of(cls, result: Result, i: int, edge: float | None = None) -> Motion:
-        """Return how a design of a batch moved, up to the last frame that it has.
+        """Return the motion of a design of a batch, up to its last frame.
 
-        A run that diverges at once has one frame, as built. `edge` is that of a whole voxel, m,
-        where it is not that of the result's physics.
+        A run that diverges at once has one frame, as built. `edge` is the edge of a whole voxel, m,
+        if it differs from that of the result's physics.
 
         Raises
         ------
         ValueError
-            Where the result has no frames.
+            If the result has no frames.
         """
         frames, built = frames_of(result), rest_pose(result.designs[i])
         assert built.site is not None
@@ -65,31 +65,28 @@ class Motion(NamedTuple):
 
     @property
     def walk(self) -> Walk:
-        """Where it stood when the pump began, and its path from then: as long as the fitness."""
+        """The robot when the pump began, and its path from then on, as long as the fitness."""
         path = self.centre[self.begin :]
-        if np.isfinite(self.ends).all():  # frames may lie beside both moments
+        if np.isfinite(self.ends).all():  # no frame may be exactly at the start or the end
             path[[0, -1]] = self.ends
         return Walk(self.pose(self.begin), path)
 
     def pose(self, frame: int) -> Pose:
-        """Return the robot at a frame; past its last, that one."""
+        """Return the robot at a frame, or at its last frame if that is earlier."""
         k, built = min(frame, self.last), self.built
         moved = self.position[k], self.quaternion[k], self.edge[k]
         return Pose(*moved, built.active, built.site)
 
 
 def frames_of(result: Result) -> Frames:
-    """Return the frames of a result; ValueError where it has none."""
+    """Return the frames of a result; ValueError if it has none."""
     if result.frames is None:
         raise ValueError("the result has no frames; simulate(..., frames=20) keeps every 20th step")
     return result.frames
 
 
 def rest_pose(digits: NDArray[np.uint8]) -> Pose:
-    """Return a design, an array of digits indexed [x, y, z], as it is built.
-
-    Its voxels come in the order of their sites.
-    """
+    """Return a design, digits indexed [x, y, z], as built; its voxels are in order of sites."""
     site = np.argwhere(digits.T != ABSENT)[:, ::-1]
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(site), 1))
     return Pose(site + 0.5, upright, np.ones(len(site)), digits[tuple(site.T)] == ACTIVE, site)

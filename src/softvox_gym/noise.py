@@ -285,7 +285,7 @@ class Jakobi:
         for name in amounts:
             if name not in AMOUNTS:
                 raise ValueError(
-                    f"JakobiNoise has no source {name!r}; they are {', '.join(AMOUNTS)}"
+                    f"JakobiNoise has no source {name!r}; the sources are {', '.join(AMOUNTS)}"
                 )
         checked = {
             name: not_negative(name, amounts.get(name, default))

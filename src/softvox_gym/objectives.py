@@ -92,7 +92,7 @@ def _energy(tried: Tried) -> Array:
 @_objective(
     "straightness",
     "",
-    f"|Σ s| / Σ |s|, s the strides; 0 where Σ |s| < {LITTLE:g}",
+    f"|Σ s| / Σ |s|, s the strides; 0 if Σ |s| < {LITTLE:g}",
     low=0.0,
     high=1.0,
 )
@@ -104,7 +104,7 @@ def _straightness(tried: Tried) -> Array:
 @_objective(
     "stability",
     "",
-    f"1 / √(1 + CV²) = mean |s| / √(mean s²); 0 where Σ |s| < {LITTLE:g}",
+    f"1 / √(1 + CV²) = mean |s| / √(mean s²); 0 if Σ |s| < {LITTLE:g}",
     low=0.0,
     high=1.0,
 )
@@ -117,7 +117,7 @@ def _stability(tried: Tried) -> Array:
 @_objective(
     "heading",
     "voxel widths",
-    "d·h, h the unit vector of the task's heading, or of x where it has none",
+    "d·h, h the unit vector of the task's heading, or of x if it has none",
     high=np.inf,
 )
 def _heading(tried: Tried) -> Array:
@@ -136,7 +136,7 @@ def _lengths(vectors: Array) -> Array:
 
 
 def _share(part: Array, whole: Array, is_defined: NDArray[np.bool_]) -> Array:
-    """Return part / whole, at most 1, and 0 where it is undefined."""
+    """Return part / whole, at most 1, or 0 where it is undefined."""
     return np.where(is_defined, np.minimum(part / np.where(is_defined, whole, 1.0), 1.0), 0.0)
 
 
@@ -151,7 +151,7 @@ def objectives_of(names: Sequence[str]) -> tuple[Objective, ...]:
     known = ", ".join(OBJECTIVES)
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise TypeError(
-            'objectives must be a sequence of names, as ("displacement", "voxels"), got '
+            'objectives must be a sequence of names, such as ("displacement", "voxels"), got '
             f"{names!r}; there are {known}"
         )
     for i, name in enumerate(names):
@@ -160,7 +160,7 @@ def objectives_of(names: Sequence[str]) -> tuple[Objective, ...]:
             hint = f"; did you mean {close[0]}?" if close else ""
             raise ValueError(f"no objective {name!r}{hint}; there are {known}")
         if name in names[:i]:
-            raise ValueError(f"objectives has {name} twice; name each once")
+            raise ValueError(f"objectives has {name} twice; name each only once")
     if not len(names):
-        raise ValueError(f"objectives must name one or more; there are {known}")
+        raise ValueError(f"objectives must name at least one; there are {known}")
     return tuple(OBJECTIVES[name] for name in names)

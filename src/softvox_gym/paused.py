@@ -72,7 +72,7 @@ class State:
 
     @property
     def on_floor(self) -> NDArray[np.bool_]:
-        """Whether a voxel touches the floor, shape (n, nx, ny, nz); False where there is none."""
+        """Whether a voxel touches the floor, shape (n, nx, ny, nz); False without a voxel."""
         return np.asarray(self.position[..., 2] < 0.5 * self.edge)
 
     @property
@@ -187,7 +187,7 @@ class Simulation:
         """
         given = {"cycles": cycles, "steps": steps, "until": until}
         if sum(value is not None for value in given.values()) != 1:
-            raise TypeError("advance takes one of cycles, steps and until")
+            raise TypeError("advance takes exactly one of cycles, steps and until")
         if steps is not None:
             check_count("steps", steps, least=0)
         if cycles is not None:
@@ -223,7 +223,7 @@ class Simulation:
         frequency = self._batch.parameters["frequency_hz"]
         time = self._clock[:, _TIME]
         asked = self._counted_from + self._cycles / frequency
-        # A design that was advanced in another way counts from where it is.
+        # A design that was advanced in another way counts from its current time.
         elsewhere = (time > asked + self._batch.parameters["time_step"]) | (
             (self._cycles > 0) & (time <= asked)
         )
@@ -344,7 +344,7 @@ class Simulation:
         about, steered = json.loads(str(kept.pop("about"))), bool(kept.pop("steered"))
         if about["engine"] != engine_probe():
             raise ValueError(
-                "this simulation was saved by another engine: going on would not give its bits"
+                "this simulation was saved by another engine: continuing it would change its bits"
             )
         check_threads(threads)
         sim = cls._resumed(kept, Physics(**about["physics"]), threads, isa)
@@ -407,11 +407,11 @@ def unsealed(magic: bytes, saved: bytes, kind: str, maker: str) -> bytes:
         raise TypeError(f"saved must be bytes, got {type(saved).__name__}")
     saved = bytes(saved)
     if not saved.startswith(magic):
-        what = "another format" if saved.startswith(magic[:-3]) else f"no saved {kind}"
+        what = "in another format" if saved.startswith(magic[:-3]) else f"not a saved {kind}"
         raise ValueError(f"these bytes are {what}; {maker} makes {magic.decode()!r}")
     check, body = saved[len(magic) : len(magic) + 32], saved[len(magic) + 32 :]
     if hashlib.sha256(body).digest() != check:
-        raise ValueError(f"this saved {kind} is damaged: its bytes are not what they were")
+        raise ValueError(f"this saved {kind} is damaged: its bytes have changed")
     return body
 
 

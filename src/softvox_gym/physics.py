@@ -19,7 +19,7 @@ Parameter: TypeAlias = float | NDArray[np.float64]
 ACTUATIONS = ("hold", "clamp", "expand_and_contract")
 PRESETS = ("published", "exact")
 
-#: The engine counts in 32 bits.
+#: Largest count, as the engine counts in 32 bits.
 MOST = 2**31 - 1
 
 #: Steps that a cycle of actuation needs to be resolved; the published run has 552.
@@ -81,7 +81,7 @@ def _hold(bounds: Bounds, value: Any) -> bool:
 class ParameterSpec:
     """The facts about one parameter of the physics."""
 
-    #: Its value in the paper; its type says whether it is a number, a choice or a flag.
+    #: Its value in the paper; the value's type shows whether it is a number, a choice or a flag.
     default: Any
     #: Empty for a ratio, a choice or a flag.
     unit: str
@@ -296,7 +296,7 @@ class Physics:
         base = cls.preset(changes.pop("preset", "exact"))
         ratio = changes.pop("shear_ratio", None)
         if ratio is not None and "shear_strength" in changes:
-            raise ValueError("physics has shear_strength and shear_ratio; give one of them")
+            raise ValueError("physics has shear_strength and shear_ratio; give only one of them")
         known = [spec.name for spec in SPECS]
         for name in changes:
             if name not in known:

@@ -1,7 +1,7 @@
-"""Random numbers and functions of them to the same bits on every machine.
+"""Random numbers, and functions of them, with the same bits on every machine.
 
-Exponentials and sines of a C library, and of numpy's vector units, differ in the last bit from
-machine to machine, and a robot that falls over shows it. Sums and products don't.
+Exponentials and sines of C libraries and of NumPy's vector code differ in the last bit from machine
+to machine, which changes where a robot falls. Sums and products don't differ.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 HALVINGS = 8
 TERMS = 8
 
-#: Normal numbers are multiples of its inverse: their tails are a logarithm's, rounded away here.
+#: Normal numbers are rounded to multiples of its inverse, because their tails are computed by a
+#: logarithm, whose last bit may differ.
 GRID = 2.0**32
 
 
@@ -48,7 +49,7 @@ def cos_sin(angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def direction(rng: np.random.Generator, k: int) -> NDArray[np.float64]:
-    """Draw unit vectors of the plane, every direction alike, shape (2, k)."""
+    """Draw unit vectors of the plane, uniformly distributed, shape (2, k)."""
     vector = normal(rng, (2, k))
     length = np.sqrt(vector[0] * vector[0] + vector[1] * vector[1])
     return np.where(length > 0, vector / np.where(length > 0, length, 1.0), 0.0)

@@ -10,9 +10,9 @@ BAR = 24
 
 
 class Progress:
-    """Shows how far a batch is: count, share, speed and the time left.
+    """Shows the progress of a batch: count, share, speed and the time left.
 
-    A context manager, at whose end the line is removed, and a callable (done, total) to hand to
+    A context manager, which removes the line at its end, and a callable (done, total) to pass to
     `simulate`. Draws only on a terminal.
 
     Parameters
@@ -40,7 +40,7 @@ class Progress:
         self._draw("")
 
     def __call__(self, done: int, total: int) -> None:
-        """Draw how far it is."""
+        """Draw the progress."""
         if self._stream is not None:
             seconds = time.monotonic() - self._start
             try:
@@ -50,14 +50,14 @@ class Progress:
             self._draw(progress_line(done, total, seconds, width, unit=self._unit))
 
     def _draw(self, text: str) -> None:
-        """Draw over the last line; with blanks, because not every terminal knows how to erase."""
+        """Draw over the last line, with blanks, because not every terminal can erase."""
         if self._stream is None or not (text or self._drawn):
             return
         blanks = " " * (self._drawn - len(text))
         try:
             self._stream.write(f"\r{text}{blanks}" + ("" if text else "\r"))
             self._stream.flush()
-        except OSError:  # the terminal is gone, the work need not be
+        except OSError:  # the terminal is gone, but the work may go on
             self._stream = None
         self._drawn = len(text)
 
@@ -65,7 +65,7 @@ class Progress:
 def progress_line(
     done: int, total: int, seconds: float, width: int, *, unit: str = "designs"
 ) -> str:
-    """Return the text of the bar, shorter than the width."""
+    """Return the text of the bar, shorter than the width; "" if none fits."""
     share = done / total if total else 1.0
     speed = done / seconds if seconds > 0 else 0.0
     left = _clock((total - done) / speed) if speed else "-:--"

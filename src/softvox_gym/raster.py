@@ -1,13 +1,13 @@
-"""A small software renderer that needs numpy and nothing else: faces, shadows, lines, letters.
+"""A small software renderer that needs only NumPy: faces, shadows, lines, letters.
 
-Everything drawn here, but lines and letters, is a parallelogram (a face of a cube, its shadow), a
-half of one (faces of the skin are two triangles) or a plane (the floor), and all are handled by one
-identity. A parallelogram holds the points ``c + u a + v b``, with centre ``c`` and half-edges ``a``
-and ``b``. A 3 x 4 projection, the camera, takes a point to homogeneous pixel coordinates, so on
-that surface ``w (x, y, 1) = M (u, v, 1)``, with a 3 x 3 matrix ``M`` and the depth ``w``. The
-inverse of ``M`` takes a pixel to ``(u, v, 1) / w``. Three functions that are linear in the pixel
-thus give the test for being inside (``|u|, |v| <= 1``), the depth, and the perspective-correct
-distance to the nearest edge. The halves are those of ``u > v`` and ``u < v``.
+Everything drawn here, except lines and letters, is a parallelogram (a face of a cube, its shadow),
+half of one (faces of the skin are two triangles) or a plane (the floor), and one identity covers
+them all. A parallelogram holds the points ``c + u a + v b``, with centre ``c`` and half-edges ``a``
+and ``b``. A 3 x 4 projection, the camera, maps a point to homogeneous pixel coordinates, so on that
+surface ``w (x, y, 1) = M (u, v, 1)``, with a 3 x 3 matrix ``M`` and the depth ``w``. The inverse of
+``M`` maps a pixel to ``(u, v, 1) / w``. Three functions that are linear in the pixel thus give the
+test for being inside (``|u|, |v| <= 1``), the depth, and the perspective-correct distance to the
+nearest edge. The two halves have ``u > v`` and ``u < v``.
 
 Pictures are arrays (3, height, width) of values from 0 to 1, drawn into in place.
 
@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]  # geometry is float64; rasters are float32, for speed
 
-NEAR = 0.05  # voxel widths; what comes closer to the camera is not drawn
+NEAR = 0.05  # voxel widths; nothing closer to the camera is drawn
 BAND = 48  # rows of floor drawn at a time: several times faster, as the arrays stay in the cache
 SUPERSAMPLING = 2  # samples per pixel and axis, for cubes and lines
-SEAM = 1e-4  # by which the two triangles of a face overlap, of its half edge
+SEAM = 1e-4  # overlap of the two triangles of a face, as a share of its half-edge
 SHADOW = 0.32  # darkening of the floor in the full cast shadow
 INK = (0.10, 0.12, 0.16)
 BACKGROUND = (0.975, 0.98, 0.985)
@@ -40,7 +40,7 @@ AXIS_LINE, AXIS_STRENGTH = 0.030, 0.75
 AXIS_COLOURS = ((0.72, 0.36, 0.20), (0.22, 0.52, 0.36))  # +x umber, +y green
 FADE = 0.62  # radius at which the floor has faded to 1/e, in camera distances
 
-# Letters of five columns, from the left, whose lowest bit is the upper end.
+# Letters of five columns, from left to right; the lowest bit of a column is at the top.
 ALPHABET = "0123456789.-voxelwidths"
 COLUMNS = bytes.fromhex(
     "3E5149453E 00427F4000 4261514946 2141454B31 1814127F10 2745454539 3C4A494930 0171090503"
@@ -57,7 +57,7 @@ class Faces(NamedTuple):
     """Faces, or the two triangles of each."""
 
     frame: Array  # (k, 3, 3) as columns the half-edges a and b, with a x b outwards, and the centre
-    half: Array  # (k,) the triangle u > v where 1, u < v where -1, the whole where 0
+    half: Array  # (k,) 1 for the triangle u > v, -1 for u < v, 0 for the whole
     colour: Array  # (k, 3) shaded
 
 
@@ -67,10 +67,10 @@ def _on_floor(camera: Array) -> Array:
 
 
 class _Quads(NamedTuple):
-    """Those of the faces that a projection sees from outside."""
+    """The faces whose outside a projection sees."""
 
     face: Array  # (q,) index of the face
-    half: Array  # (q,) as of Faces
+    half: Array  # (q,) as in Faces
     inverse: Array  # (q, 3, 3) from (pixel x, pixel y, 1) to (u, v, 1) / w
     scale: Array  # (q, 2) pixels from the centre to the edges u = 1 and v = 1
     lower: Array  # (q, 2) bounding box, pixels
@@ -82,11 +82,11 @@ class _Quads(NamedTuple):
 
 
 def _project(faces: Faces, projection: Array) -> _Quads:
-    """Project the faces; what reaches behind the camera is left out."""
+    """Project the faces, without those that reach behind the camera."""
     matrix = projection[:, :3] @ faces.frame
     matrix[:, :, 2] += projection[:, 3]
     corner = matrix @ SIGNS
-    # With y down, the outside of a face is seen where u, v turn against x, y.
+    # As y points down, the outside of a face is seen if u, v turn against x, y.
     seen = (np.linalg.det(matrix) < 0) & (corner[:, 2].min(axis=1) > NEAR)
     matrix, corner = matrix[seen], corner[seen]
     inverse = np.linalg.inv(matrix)
@@ -203,19 +203,19 @@ def _half_axis(along: Array, across: Array, step: Array) -> Array:
 def cast_shadow(
     picture: Array, faces: Faces, camera: Array, light: Array, blur: float, foreshortening: float
 ) -> None:
-    """Darken the floor where the cubes keep the light off; the blur is in pixels."""
+    """Darken the floor in the shadow of the cubes; the blur is in pixels."""
     # First along the light to the floor's (x, y, 1), then from the floor to the picture.
     along_light = np.eye(3, 4)
     along_light[:, 2] = -light / light[2]
     along_light[2] = [0.0, 0.0, 0.0, 1.0]
     quads = _project(faces, _on_floor(camera) @ along_light)
     _, height, width = picture.shape
-    blur = min(blur, max(height, width))  # from within a voxel it would be many pictures wide
+    blur = min(blur, max(height, width))  # seen from inside a voxel it would be huge
     radii = (max(1, round(blur * foreshortening)), max(1, round(blur)))
     margin = 2 * max(radii)
     frame = _Tile(0, 0, width, height)
     lower, upper = quads.bounds()
-    # What lies just outside the picture still blurs into it.
+    # The shadow just outside the picture still blurs into it.
     tile = _Tile(-margin, -margin, width + margin, height + margin).cut(
         lower - margin, upper + margin
     )
@@ -231,7 +231,7 @@ def cast_shadow(
 
 
 def _box_blur(image: Array, radius: int, axis: int) -> Array:
-    """Return the running mean over 2 radius + 1 pixels; what is outside the image is 0."""
+    """Return the running mean over 2 radius + 1 pixels; the outside of the image counts as 0."""
     padding = [(0, 0), (0, 0)]
     padding[axis] = (radius + 1, radius)
     total = np.moveaxis(np.pad(image, padding).cumsum(axis=axis), axis, 0)
@@ -252,7 +252,7 @@ def draw_faces(
     tile = frame.cut(lower / s, upper / s)
     fine = _Tile(*(s * side for side in tile))
 
-    # The floor hides what has sunk into it; above the horizon there is nothing to hide.
+    # The floor hides parts that have sunk into it; above the horizon there is no floor.
     nearest = np.maximum(fine.planes(np.linalg.inv(_on_floor(camera))[2:])[0], 0)
     to_edge = np.full(fine.shape, np.inf, np.float32)
     drawn = np.zeros(fine.shape, np.intp)  # 0: no face, f + 1: face f
@@ -324,7 +324,7 @@ def stroke(
 def write(
     picture: Array, text: str, x: float, y: float, size: int, *, is_centred: bool = False
 ) -> None:
-    """Write into a picture; x and y are the lower left of the letters, or the middle above them."""
+    """Write into a picture; x, y is the lower left of the letters, or the middle above them."""
     columns = [column for letter in text for column in (*LETTERS.get(letter, bytes(3)), 0)]
     dots = np.array([[column >> bit & 1 for column in columns] for bit in range(8)], bool)
     dots = dots.repeat(size, axis=0).repeat(size, axis=1)
@@ -343,7 +343,7 @@ def png(picture: NDArray[np.uint8]) -> bytes:
     """
     height, width, _ = picture.shape
     rows = picture.reshape(height, 3 * width).astype(np.int16)
-    # Each byte less the one of the pixel to its left: what is even becomes zeros.
+    # The difference of each byte from the pixel to its left: uniform areas become zeros.
     rows[:, 3:] -= picture.reshape(height, 3 * width)[:, :-3]
     filtered = np.concatenate([np.ones((height, 1), np.uint8), rows.astype(np.uint8)], axis=1)
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)

@@ -1,6 +1,6 @@
-"""Tracks of real robots, read from CSV files, and how far they went another way than simulated.
+"""Tracks of real robots, read from CSV files, and their comparison with simulated tracks.
 
-docs/figures.md says what a file holds.
+docs/figures.md describes the files.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from softvox_gym.lattice import Lattice
 
 COLUMNS = ("design", "trial", "cycle", "x_cm", "y_cm")
 
-#: cm from where a trial starts; the fastest robot walks 7, and what is farther is another unit.
+#: Largest distance from the start of a trial, cm. The fastest robot walks 7; more is another unit.
 MOST_CM = 100.0
 
 #: Edge of a voxel of the paper's real robots.
 VOXEL_CM = 1.5
 
-#: Over more cycles no robots are compared: as many are simulated.
+#: Most cycles after which robots are compared, because simulations have no more.
 MOST_CYCLES = 1000
 
-#: A larger file is not read: one of an hour's film has a tenth.
+#: Largest file that is read; a track of an hour's film takes a tenth.
 MOST_BYTES = 2**27
 
 Array = NDArray[np.float64]
 
-#: The line of a point, its time, x and y.
+#: A point: its line in the file, its time, x and y.
 Point = tuple[int, float, float, float]
 
-#: Python takes more for one: 1_0, digits of other scripts, and control characters around it.
+#: Python's float also accepts 1_0, digits of other scripts and surrounding control characters.
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
-#: What to do where two runs may be mixed up.
-OWN_TRIAL = "give each run of a robot a trial of its own"
+#: The remedy if two runs may have been mixed up.
+OWN_TRIAL = "give each run of a robot its own trial"
 
-#: Voxel widths, which are cm for the paper's voxel of 1 cm: what travels less has no heading to
-#: speak of. Robots that get nowhere sway by up to 0.18 within a cycle.
+#: Robots that travel less than this, in voxel widths (cm for the paper's voxel of 1 cm), have no
+#: heading. Robots that get nowhere sway by up to 0.18 within a cycle.
 LITTLE = 0.25
 
 #: Degrees between two headings that count as the same.
@@ -56,7 +56,7 @@ WITHIN = 45
 #: Samples of a simulated track per cycle of actuation.
 PER_CYCLE = 50
 
-#: The table for people.
+#: The displayed table.
 HEAD = (
     "design  trial         cycles   heading    real   angle  distance    real  end error  RMS error"
 )
@@ -65,12 +65,12 @@ FOOT = f"headings and angles in degrees (nan: went less than {LITTLE:g}), the re
 
 
 class CsvError(ValueError):
-    """A file that can't be used; the message names the file, the line and what to change."""
+    """A file that can't be used; the message names the file, the line and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
 class RealTrack:
-    """What one trial of a real robot did.
+    """The track of one trial of a real robot.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ class RealTrack:
 
 
 def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack, ...]:
-    """Read tracks of real robots from some files.
+    """Read tracks of real robots from files.
 
     Parameters
     ----------
     paths : sequence of Path
     most_cycles : float
-        How many cycles there are to compare with; a track may not go on for longer.
+        Cycles of the simulation; a track may not last longer.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
     Raises
     ------
     CsvError
-        Where a file can't be read or is not as docs/figures.md says, or two have one trial.
+        If a file can't be read or does not follow docs/figures.md, or two files have one trial.
     """
     source: dict[tuple[int, str], Path] = {}
     made = []
@@ -118,8 +118,8 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
             other = source.setdefault((number, trial), path)
             if other != path:
                 raise CsvError(
-                    f"{path}, line {first[0]}: design {number} has a trial {trial!r} in {other} as "
-                    "well; give one of them another name, or leave one of the files out"
+                    f"{path}, line {first[0]}: design {number} also has a trial {trial!r} in "
+                    f"{other}; rename one of the two trials, or leave out one of the files"
                 )
             check_order(path, points, "cycle")
             for point in points:
@@ -128,7 +128,7 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
             if len(points) < 2:
                 raise CsvError(
                     f"{path}, line {first[0]}: design {number} has one point in trial {trial!r}, "
-                    "and a track needs two or more; add the others, or take it out"
+                    "but a track needs at least two; add the others, or remove the trial"
                 )
             _, cycle, *position = np.array(points).T
             made.append(RealTrack(number, trial, cycle, np.transpose(position) - first[2:]))
@@ -136,61 +136,64 @@ def read_tracks(paths: Sequence[Path], *, most_cycles: float) -> tuple[RealTrack
 
 
 def _fault(first: Point, point: Point, most_cycles: float) -> str:
-    """Return why a trial that begins at a first point can't have another; nothing where it can."""
+    """Return why a trial with this first point can't have another point; "" if it can."""
     _, cycle, *at = point
     shown = repr(cycle).removesuffix(".0")
     if not 0 <= cycle <= most_cycles:
         return (
-            f"cycle {shown} is not within 0 to {most_cycles:g}, over which the robots are "
-            "simulated; count actuation cycles from the start, and leave out what comes later"
+            f"cycle {shown} is not within 0 to {most_cycles:g}, the cycles of the simulation; "
+            "count actuation cycles from the start, and leave out later lines"
         )
     if first[1] != 0:
-        return f"a trial starts at cycle 0, got {shown}; count from its first line, and {OWN_TRIAL}"
+        return (
+            f"a trial must start at cycle 0, got {shown}; count from its first line, and "
+            f"{OWN_TRIAL}"
+        )
     if math.dist(at, first[2:]) > MOST_CM:
         return (
-            f"({at[0]:g}, {at[1]:g}) is more than {MOST_CM:g} cm from where the trial starts, and "
-            "no robot walks as far; give positions in cm"
+            f"({at[0]:g}, {at[1]:g}) is more than {MOST_CM:g} cm from the start of the trial, and "
+            "no robot walks that far; give positions in cm"
         )
     return ""
 
 
 def check_order(path: Path, points: Sequence[Point], clock: str) -> None:
-    """Raise CsvError where time doesn't grow from point to point."""
+    """Raise CsvError if time does not increase from point to point."""
     for before, point in pairwise(points):
         if point[1] <= before[1]:
             raise CsvError(
-                f"{path}, line {point[0]}: {clock} {point[1]:g} comes after {before[1]:g}; sort "
-                f"the lines of a trial, and {OWN_TRIAL}"
+                f"{path}, line {point[0]}: {clock} must increase, but {point[1]:g} follows "
+                f"{before[1]:g}; sort the lines of a trial, and {OWN_TRIAL}"
             )
 
 
 def content_of(path: Path) -> bytes:
-    """Return what is in a file of tracks.
+    """Return the content of a file of tracks.
 
     Raises
     ------
     CsvError
-        Where it can't be read, or is larger than any such file is.
+        If it can't be read or is too large.
     """
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise CsvError(
-            f"{path} can't be read ({error.strerror}); name a CSV file that can"
+            f"{path} can't be read ({error.strerror}); name a readable CSV file"
         ) from None
     if len(content) > MOST_BYTES:
-        raise CsvError(f"{path} has more than {MOST_BYTES} bytes; leave points out of it")
+        raise CsvError(f"{path} has more than {MOST_BYTES} bytes; leave out some of its points")
     return content
 
 
 def points_in(
     path: Path, content: bytes, columns: Sequence[str], lattice: Lattice
 ) -> dict[tuple[Any, Any], list[Point]]:
-    """Return the points of every design and trial of a CSV file, in the order in which these begin.
+    """Return the points of every design and trial of a CSV file, in order of first appearance.
 
-    The first line must name each of the columns once, the last three of which are those of a point;
-    design and trial are None where they are not among them. Others are ignored.
+    The first line must name each of the columns once; the last three are those of a point. Design
+    and trial are None if the columns lack them. Other columns are ignored.
     """
     lines = rows(path, content)
     _, names = next(lines, (1, []))
@@ -220,7 +223,7 @@ def points_in(
 
 
 def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int, list[str]]]:
-    """Yield the line on which each row of a text begins, from 1, and its cells."""
+    """Yield each row of a text: the line on which it begins, from 1, and its cells."""
     text = (part.decode("utf-8-sig") for part in io.BytesIO(content))
     reader = csv.reader(text, delimiter=delimiter, strict=True)
     line = 1
@@ -234,58 +237,55 @@ def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int
         ) from None
     except csv.Error as error:
         raise CsvError(
-            f"{path}, line {line}: {error}; correct what is quoted there, or save the file anew"
+            f"{path}, line {line}: {error}; correct the quotes there, or save the file again"
         ) from None
 
 
 def design_in(text: str, lattice: Lattice) -> Design:
-    """Return the design that a file names, which has to have voxels; ValueError for another."""
+    """Return the design that a file names; ValueError if it is invalid or has no voxels."""
     design = written(text, lattice)
     if not design.n_voxels:
-        raise ValueError(
-            f"design {text!r} has no voxels, so no real robot is one; give the design that was "
-            "built"
-        )
+        raise ValueError(f"design {text!r} has no voxels; give the design that was built")
     return design
 
 
 def number_in(name: str, text: str) -> float:
-    """Return the finite number that a file has in a column; ValueError where it has none."""
+    """Return the number in a column of a file; ValueError if it is not a finite number."""
     value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
         raise ValueError(
-            f"{name} must be a finite number such as 1.25, got {text[:40]!r}; leave the line out "
-            "where it was not measured"
+            f"{name} must be a finite number such as 1.25, got {text[:40]!r}; leave out the line "
+            "if it was not measured"
         )
     return value
 
 
 class Compared(NamedTuple):
-    """A real track held against the simulated one, over the cycles of the real one."""
+    """The comparison of a real track with the simulated one, over the cycles of the real one."""
 
     design: int
     trial: str
-    #: Where the real track ends; displacements are taken there.
+    #: Cycle at which the real track ends; displacements are measured there.
     cycles: float
     #: Degrees from +x towards +y, above -180 and up to 180; NaN for less than `LITTLE`.
     heading_simulated: float
     heading_real: float
-    #: Between the two displacements, degrees, 0 to 180; NaN where either is less than `LITTLE`.
+    #: Between the two displacements, degrees, 0 to 180; NaN if either is less than `LITTLE`.
     angle: float
-    #: cm, of the displacements.
+    #: Length of the displacements, cm.
     distance_simulated: float
     distance_real: float
-    #: cm, between the two ends.
+    #: Distance between the two ends, cm.
     end_point_error: float
-    #: cm, root of the mean squared distance over time; tracks are straight between their points.
+    #: Root mean square distance over time, cm; tracks are straight between their points.
     rms_error: float
 
 
 def compare(real: RealTrack, simulated: Array, per_cycle: int) -> Compared:
-    """Hold a real track against the simulated one of the same design.
+    """Compare a real track with the simulated one of the same design.
 
-    That is x, y in cm from the start, shape (m, 2), with `per_cycle` samples in each cycle, and at
-    least as long.
+    The simulated track is x, y in cm from the start, shape (m, 2), with `per_cycle` samples per
+    cycle, and lasts at least as long.
     """
     own = np.arange(len(simulated)) / per_cycle
     end = float(real.cycle[-1])
@@ -293,7 +293,7 @@ def compare(real: RealTrack, simulated: Array, per_cycle: int) -> Compared:
     ours, theirs = track_at(times, own, simulated), track_at(times, real.cycle, real.position)
     apart = theirs - ours
     a, b = apart[:-1], apart[1:]
-    squares = ((a * a + a * b + b * b) / 3).sum(axis=1)  # exact where both are straight
+    squares = ((a * a + a * b + b * b) / 3).sum(axis=1)  # exact, as both are straight
     simulated_heading, real_heading = heading(ours[-1]), heading(theirs[-1])
     return Compared(
         real.design,
@@ -310,23 +310,23 @@ def compare(real: RealTrack, simulated: Array, per_cycle: int) -> Compared:
 
 
 def track_at(times: Array, own: Array, position: Array) -> Array:
-    """Return where a track is at some times, shape (m, 2), straight between its own points."""
+    """Return the positions of a track at some times, shape (m, 2), by linear interpolation."""
     return np.stack([np.interp(times, own, along) for along in position.T], axis=1)
 
 
 def heading(displacement: Array) -> float:
-    """Return where a displacement points, degrees from +x towards +y; NaN below `LITTLE`."""
+    """Return the heading of a displacement, degrees from +x towards +y; NaN below `LITTLE`."""
     x, y = displacement
     return math.degrees(math.atan2(y, x)) if math.hypot(x, y) >= LITTLE else math.nan
 
 
 def between(first: float, second: float) -> float:
-    """Return the angle between two headings, degrees, 0 to 180; NaN where either is."""
+    """Return the angle between two headings, degrees, 0 to 180; NaN if either is NaN."""
     return abs((second - first + 180) % 360 - 180)
 
 
 def as_csv(rows: Iterable[Compared]) -> bytes:
-    """Return the comparisons as CSV, numbers to six figures, nothing for NaN."""
+    """Return the comparisons as CSV, numbers to six significant digits, NaN as an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(Compared._fields)
@@ -337,15 +337,15 @@ def as_csv(rows: Iterable[Compared]) -> bytes:
 
 
 def as_lines(rows: Iterable[Compared]) -> list[str]:
-    """Return the comparisons for people."""
+    """Return the comparisons as lines of the displayed table."""
     shown = (row._replace(trial=short(row.trial)) for row in rows)
     return [HEAD, *(ROW.format(*row) for row in shown), FOOT]
 
 
 def short(text: str, width: int = 12) -> str:
-    """Return a trial's name as it is shown: so many characters at most, all of them printable.
+    """Return a trial's name as displayed: at most `width` characters, all of them printable.
 
-    What is left out is in the middle: trials are often told apart by how their names end.
+    A longer name is shortened in the middle, because trials often differ in how their names end.
     """
     shown = "".join(c if c.isprintable() else "?" for c in text)
     if len(shown) <= width:

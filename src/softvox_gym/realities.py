@@ -94,7 +94,7 @@ class Reality:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise TypeError(f"name must be a text, got {self.name!r}")
+            raise TypeError(f"name must be a string, got {self.name!r}")
         check_count("seed", self.seed, least=0)
         check_count("resolution", self.resolution, least=1)
         if self.expansion not in EXPANSIONS:
@@ -103,7 +103,7 @@ class Reality:
             )
         if self.expansion == "spherical" and self.resolution % 2 == 0:
             raise ValueError(
-                "resolution must be odd where expansion is spherical, to have a middle; got "
+                "resolution must be odd if expansion is spherical, to have a middle; got "
                 f"{self.resolution}"
             )
         Lattice.of([self.resolution] * 3)  # of one voxel, which must not have too many parts
@@ -130,7 +130,7 @@ class Reality:
         if isinstance(reality, Reality):
             return reality
         if isinstance(reality, str) and reality not in PRESETS and reality in realities():
-            raise ValueError(f"{reality} is a reality, no physics; give reality({reality!r})")
+            raise ValueError(f"{reality} is a reality, not a physics; give reality({reality!r})")
         return cls("physics", single_physics(reality))
 
     @classmethod
@@ -260,7 +260,7 @@ def reality_of(physics: PhysicsLike, chosen: str | Reality | None) -> Reality:
     if chosen is None:
         return Reality.of(physics)
     if physics != "published":
-        raise ValueError("physics and reality both say what the world is like; give one of them")
+        raise ValueError("physics and reality both define the world; give only one of them")
     if isinstance(chosen, Reality):
         return chosen
     if not isinstance(chosen, str):
@@ -417,9 +417,7 @@ def _phases(values: ArrayLike) -> Any:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise TypeError(
-            f"phase must be a number or an even array of them, got {values!r}"
-        ) from None
+        raise TypeError(f"phase must be a number or an array of numbers, got {values!r}") from None
     if array.ndim > 3 or not np.isfinite(array).all():
         raise ValueError(
             f"phase must be finite numbers of at most three dimensions, got shape {array.shape}"

@@ -22,8 +22,8 @@ __all__ = ["Pose", "Stage", "Walk", "fitting_distance", "lanes", "png", "render"
 
 FIELD_OF_VIEW = math.radians(30.0)  # across the shorter side of the picture
 FILL = 4.8  # camera distance in radii of the robot: leaves room for the shadow and a few steps
-SMALLEST_RADIUS = 2.2  # of a 2x2x2 robot at its largest, so that its breathing does not zoom
-AIM = 0.065  # height of the point looked at, in camera distances: the robot sits mid-picture
+SMALLEST_RADIUS = 2.2  # of a 2x2x2 robot at its largest, so that its pumping does not zoom
+AIM = 0.065  # height of the point looked at, in camera distances: puts the robot in the middle
 
 LINE = 0.017  # half width of the cubes' edges on each face, voxel widths at the point looked at
 THINNEST_LINE = 0.45  # pixels; the same half width for robots seen from afar
@@ -35,7 +35,7 @@ PENUMBRA = 0.11  # blur radius of the cast shadow, voxel widths
 PASSIVE = (0.30, 0.84, 0.93)  # cyan
 ACTIVE = (0.95, 0.27, 0.22)  # red
 
-AZIMUTH = -62.0  # degrees; of the camera for a robot that has gone nowhere
+AZIMUTH = -62.0  # degrees; of the camera if the robot has gone nowhere
 NOWHERE = 0.05  # voxel widths; a shorter path has no direction
 ROOM = 0.8  # room for a robot beside its path, over half the picture for it alone
 FARTHEST = 2.6  # times the distance for a robot alone; a longer path is followed
@@ -44,7 +44,7 @@ TRAIL_WIDTH = 2.6  # pixels in a picture of 360 rows, and in proportion
 GHOST = 0.17  # opacity of the robot where it stood when the pump began
 RULER_GAP = 0.19  # from the path to the ruler, in distances for a robot alone
 TICK = 0.16  # voxel widths, half of a tick that has a number
-SIGN = 0.18  # from a start back to what stands beside it, in distances for a robot alone
+SIGN = 0.18  # from a start back to the label beside it, in distances for a robot alone
 LANE = 0.3  # between robots in one scene, in distances for a robot alone
 
 MOST_TICKS = 2000  # of a ruler, on either side of the start
@@ -172,7 +172,7 @@ class Stage:
         self.heading = _heading(self.walks, AZIMUTH if azimuth is None else azimuth)
         self.azimuth = self.heading - math.pi / 2 if azimuth is None else math.radians(azimuth)
         self.camera = np.zeros((3, 4))
-        self._backdrops: dict[bytes, Array] = {}  # the last one, for a still camera
+        self._backdrops: dict[bytes, Array] = {}  # only the last one, for a still camera
 
     def picture(
         self, poses: Sequence[Pose], moments: Sequence[int] | None = None

@@ -58,7 +58,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
             raise TypeError(f"envs must be a vector environment, of gym.make_vec, got {envs}")
         if envs.metadata.get("autoreset_mode") is not AutoresetMode.DISABLED:
             raise ValueError(
-                "SB3VecEnv resets what is over itself; make the environments with "
+                "SB3VecEnv resets finished episodes itself; make the environments with "
                 'gym.make_vec(..., autoreset_mode="Disabled")'
             )
         self.envs: Any = DictInfoToList(envs)  # its type allows no seed per environment
@@ -83,7 +83,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # untyped where it is not instal
     def step_wait(
         self,
     ) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Make the step and reset what is over; return observations, rewards, dones, infos."""
+        """Make the step, reset finished episodes; return observations, rewards, dones, infos."""
         observations, rewards, terminated, truncated, told = self.envs.step(self.actions)
         if np.ndim(rewards) > 1:
             raise ValueError("a reward must be one number: make the batch without objectives")

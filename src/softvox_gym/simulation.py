@@ -225,7 +225,7 @@ def prepared(
     if not isinstance(physics, Physics):
         raise TypeError(
             f"physics must be a Physics, got {type(physics).__name__}; Physics.of(...) makes one "
-            "of a preset's name or a dict"
+            "from a preset's name or a dict"
         )
     stack, phase = pumped(designs, phase)
     check_count("track", track, least=0)
@@ -292,7 +292,7 @@ def check_number(name: str, value: Any) -> float:
     Raises
     ------
     TypeError, ValueError
-        For what is none, or is larger than a float, naming the argument.
+        If it is not a number, or is too large for a float; the message names the argument.
     """
     numbers = (int, float, np.integer, np.floating)
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers):
@@ -300,7 +300,7 @@ def check_number(name: str, value: Any) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise ValueError(f"{name} must be a number that a float holds") from None
+        raise ValueError(f"{name} must be a number within the range of a float") from None
 
 
 def check_flag(name: str, value: Any) -> None:
@@ -322,7 +322,7 @@ def _per_voxel(
     try:
         array = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name} must be an even array of shape {stack.shape}") from None
+        raise ValueError(f"{name} must be an array of numbers of shape {stack.shape}") from None
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be an array of numbers, got {array.dtype} values")
     if array.shape != stack.shape:
@@ -359,8 +359,8 @@ def strain_rows(
     used = array[np.broadcast_to((stack == ACTIVE)[:, np.newaxis], array.shape)]
     if np.any(used <= -1) or (physics.actuation == "expand_and_contract" and np.any(used >= 1)):
         raise ValueError(
-            "strain must be above -1, and below 1 where voxels expand and contract: "
-            "an edge can't shrink to nothing"
+            "strain must be above -1, and below 1 if voxels expand and contract: an edge can't "
+            "shrink to nothing"
         )
     return Lattice(*stack.shape[1:]).to_rows(array)
 
@@ -381,7 +381,7 @@ def sample_count(physics: Physics, per_cycle: int) -> int:
     samples = engine.track_samples(float(cycles), per_cycle)
     if samples > MOST:
         raise ValueError(
-            f"track={per_cycle} asks for {samples:.3g} samples, and at most {MOST} fit"
+            f"track={per_cycle} needs {samples:.3g} samples, but at most {MOST} are possible"
         )
     return int(samples)
 

@@ -23,9 +23,9 @@ def step_error(
 ) -> NDArray[np.float64]:
     """Return how much the fitness of designs changes at half the time step.
 
-    It tells how far a number of this simulator can be trusted: a difference that the time step
-    decides says nothing about a robot. Takes three times as long as simulating the designs. For any
-    batch, use `softvox_gym.simulate(..., check_step=True)`, which gives the same `step_error`.
+    The change shows how far the simulator's numbers can be trusted: smaller differences between
+    designs may be due to the time step. Takes three times as long as simulating the designs. For
+    any batch, use `softvox_gym.simulate(..., check_step=True)`, which gives the same `step_error`.
 
     Parameters
     ----------

@@ -16,10 +16,10 @@ Array = NDArray[np.float64]
 
 TASKS = ("displacement", "directed")
 
-#: Of the directed task, degrees: what is told of it is the mean over these.
+#: Headings of the directed task, degrees; reported numbers are means over these.
 HEADINGS = (0.0, 90.0, 180.0, 270.0)
 
-#: Of the quarter turns, which a series would miss in the last bit.
+#: Unit vectors of the quarter turns, for which a series would be off in the last bit.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
@@ -51,12 +51,12 @@ class Task:
             raise ValueError(f"no task {self.name!r}{hint}; there are {', '.join(TASKS)}")
         if self.name == "displacement":
             if self.heading is not None:
-                raise ValueError("the task displacement has no heading; directed has one")
+                raise ValueError("the task displacement has no heading; only directed has one")
             return
         heading = check_number("heading", 0.0 if self.heading is None else self.heading)
         if not isfinite(heading):
             raise ValueError(f"heading must be finite, got {heading}")
-        object.__setattr__(self, "heading", heading % 360.0 % 360.0)  # -1e-20 is 360 first
+        object.__setattr__(self, "heading", heading % 360.0 % 360.0)  # -1e-20 % 360 is 360
 
     @classmethod
     def of(cls, task: str | Task, heading: float | None = None) -> Task:
@@ -70,7 +70,7 @@ class Task:
         if not isinstance(task, Task):
             return cls(task, heading)
         if heading is not None:
-            raise ValueError("heading goes with the name of a task; the Task given has its own")
+            raise ValueError("heading needs the name of a task; the Task given has its own")
         return task
 
     @property

@@ -87,7 +87,7 @@ def test_the_table_gives_all_but_energy():
     assert (
         env.step(ROWS[0])[1].tobytes() == evaluate(ROWS[:1], objectives=names).objectives.tobytes()
     )
-    with pytest.raises(ValueError, match="objectives has energy, which the table does not"):
+    with pytest.raises(ValueError, match="objectives has energy, which the table lacks"):
         single(ALL, "SoftVoxTable2x2x2-v0")
 
 

@@ -355,7 +355,7 @@ def test_single_wrappers_survive_json():
         (lambda m, e: m.JakobiNoise(e, level=-1), ValueError, "level must be finite and at least"),
         (lambda m, e: m.JakobiNoise(e, level=np.nan), ValueError, "level must be finite"),
         (lambda m, e: m.JakobiNoise(e, level="1"), TypeError, "level must be a number, got '1'"),
-        (lambda m, e: m.JakobiNoise(e, wind=1.0), ValueError, "no source 'wind'; they are strain"),
+        (lambda m, e: m.JakobiNoise(e, wind=1.0), ValueError, "no source 'wind'; the sources are"),
         (lambda m, e: m.JakobiNoise(e, leak=2), ValueError, "leak must be a probability"),
         (lambda m, e: m.JakobiNoise(e, tilt=-1), ValueError, "tilt must be finite and at least 0"),
         (lambda m, e: m.Resample(e, 0), ValueError, "n must be at least 1"),
@@ -452,7 +452,7 @@ LOSES = {
 def test_what_is_asked_is_not_lost_unsaid(make, stack):
     env = wrapped(Copies(gym.make(softvox_gym.ENV_ID), make), [stack], wrappers)
     env.reset(seed=1)
-    with pytest.raises(TypeError, match=f"what {stack[0]} asks of the environment is lost"):
+    with pytest.raises(TypeError, match=f"the requests of {stack[0]} don't reach the environment"):
         env.step(BEST)
     around = Copies(single([stack]), make)
     around.reset(seed=1)
@@ -469,7 +469,7 @@ def test_what_is_asked_of_a_vector_is_not_lost_unsaid():
     env = gym.make_vec(softvox_gym.ENV_ID, num_envs=2, autoreset_mode=AutoresetMode.SAME_STEP)
     env = vector.Resample(vector.JakobiNoise(Lists(env)), 2)
     env.reset(seed=1)
-    with pytest.raises(TypeError, match="what JakobiNoise asks of the environment is lost"):
+    with pytest.raises(TypeError, match="the requests of JakobiNoise don't reach the environment"):
         env.step([BEST, BEST])
 
 

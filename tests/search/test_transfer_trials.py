@@ -117,7 +117,7 @@ def test_a_method_that_asks_for_what_nobody_measured_is_refused_by_name(real):
         test(6453)
         test(18)
 
-    words = "method one_of_my_own asked for what can't be tested: nobody measured design 18 in"
+    words = "method one_of_my_own asked for what can't be tested: design 18 was not measured in"
     with pytest.raises(SearcherError, match=words):
         transfer(one_of_my_own, reality=real)
 
@@ -255,7 +255,7 @@ def test_json_has_null_for_what_nobody_knows_and_the_picture_no_line(folder, cap
         (["--trials", "talc", "--surface", "ice"], "--trials: none of the 1 trials matches"),
         (["--simulated-in", "soft"], "--simulated-in needs --trials DIR; give that as well"),
         (["--cycles", "9"], "--cycles needs --trials"),
-        (["--trials", "."], "--trials: there are no trials; give one at least"),
+        (["--trials", "."], "--trials: there are no trials; give at least one"),
         (["--trials", "trials", "--cycles=-1"], "--cycles: must be N or REAL:SIMULATED, above 0"),
         (["--trials", "trials", "--cycles", "1:0"], "--cycles: must be N or REAL:SIMULATED"),
         (["--trials", "trials", "--cycles", "1:2:3"], "--cycles: must be N or REAL:SIMULATED"),

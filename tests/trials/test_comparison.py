@@ -281,13 +281,13 @@ def test_a_large_robot_leaves_people_the_numbers_beside_it():
 
 
 def test_what_can_not_be_compared_is_refused():
-    with pytest.raises(ValueError, match="no trials to compare; give one"):
+    with pytest.raises(ValueError, match="no trials to compare; give at least one"):
         compare([])
-    with pytest.raises(TypeError, match="trials must be several softvox_gym"):
+    with pytest.raises(TypeError, match="trials must be a list of softvox_gym"):
         compare([6453])
     with pytest.raises(ValueError, match="no trial has 90 cycles: the longest has 3; give fewer"):
         compare(line([1, 0]), cycles=(90, 23))
-    with pytest.raises(ValueError, match="goes on for 1001 cycles, and at most 1000"):
+    with pytest.raises(ValueError, match="lasts 1001 cycles, but at most 1000"):
         compare(line([1, 0], cycles=1001))
-    with pytest.raises(ValueError, match="reversal is a reality, no physics"):
+    with pytest.raises(ValueError, match="reversal is a reality, not a physics"):
         compare(line([1, 0]), "reversal")

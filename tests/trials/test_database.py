@@ -57,7 +57,7 @@ def test_other_files_are_left_alone(folder):
     assert database.read(folder) == ALL
     trials, faults, doubts = database.check(folder)
     assert (trials, faults) == (ALL, ())
-    assert [line.partition(" is left of a command that was")[0] for line in doubts] == [
+    assert [line.partition(" is left from an interrupted")[0] for line in doubts] == [
         str(folder / f".{ONE.digest}.json.partial-0123456789ab")
     ]
 
@@ -68,8 +68,8 @@ def test_a_run_told_twice_is_refused_before_anything_is_written(folder):
         database.add(folder, [replace(ONE, repetition=2), OTHER])
     assert str(error.value) == (
         f"a trial to add and {folder / ONE.digest}.json describe the same run differently (6453, "
-        "acrylic, 2026-11-27, A. Person, repetition 1); if they are two runs, give one another "
-        "repetition, otherwise keep one of them"
+        "acrylic, 2026-11-27, A. Person, repetition 1); if they are two runs, change the "
+        "repetition of one, otherwise keep one of them"
     )
     with pytest.raises(TrialError, match=r"a trial to add and a trial to add describe"):
         database.add(folder.parent / "new", [ONE, OTHER])
@@ -91,16 +91,17 @@ def test_faults_names_every_file_and_the_remedy(folder):
         (folder / f"{trial.digest}.json").write_bytes(trial.to_bytes())
     assert sorted(database.check(folder).faults) == sorted(
         [
-            f"{folder}/first.json holds another content than its name says; restore it, or, where "
-            f"the change is meant, call it {ONE.digest}.json",
+            f"{folder}/first.json has content that does not match its name; restore it, or, if "
+            f"the change is intended, rename it to {ONE.digest}.json",
             f"{two} license must be one of CC0-1.0, CC-BY-4.0, ODC-By-1.0, PDDL-1.0, MIT, got ''",
-            f"{three} is not as softvox trials writes it; restore it, or write it anew",
-            f"{folder}/folder.json is no file; take it out",
-            f"{folder}/pipe.json is no file; take it out",
-            f"{folder}/nowhere.json can't be read (No such file or directory); mend that, or "
-            "take it out",
+            f"{three} differs from what softvox trials writes; restore the file, or add its track "
+            "again",
+            f"{folder}/folder.json is not a file; remove it",
+            f"{folder}/pipe.json is not a file; remove it",
+            f"{folder}/nowhere.json can't be read (No such file or directory); make it readable, "
+            "or remove it",
             f"{second} and {first} describe the same run differently (6453, reversal, acrylic, "
-            "A. Person, repetition 1); if they are two runs, give one another repetition, "
+            "A. Person, repetition 1); if they are two runs, change the repetition of one, "
             "otherwise keep one of them",
         ]
     )
@@ -119,16 +120,16 @@ def test_folders_may_be_given_by_their_names(folder):
 
 @pytest.mark.parametrize("trials", [ALL[0], [None], 6453])
 def test_what_are_no_trials_is_not_added(trials, folder):
-    with pytest.raises(TypeError, match=r"trials must be several softvox_gym\.trials\.Trial, as"):
+    with pytest.raises(TypeError, match=r"trials must be a list of softvox_gym\.trials\.Trial, as"):
         database.add(folder, trials)
 
 
 @pytest.mark.parametrize("function", [database.read, database.check])
 def test_what_is_no_folder_is_named(function, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(TrialError, match=r"there is no folder .*missing; name one of trials, or"):
+    with pytest.raises(TrialError, match=r"there is no folder .*missing; name another, or make"):
         function(tmp_path / "missing")
-    with pytest.raises(TrialError, match=r"file is a file; name the folder that it is in"):
+    with pytest.raises(TrialError, match=r"file is a file; name its folder"):
         function(tmp_path / "file")
     with pytest.raises(OutputError, match=r"file is not a folder; choose another"):
         database.add(tmp_path / "file", ALL)
@@ -143,8 +144,8 @@ def test_one_track_of_two_measured_runs_is_doubted_and_of_two_simulated_ones_is_
     assert (len(trials), faults) == (4, ())
     first, second = sorted([ONE.digest, copied.digest])
     assert doubts == (
-        f"{tmp_path}/{second}.json and {tmp_path}/{first}.json have the same track, and no two "
-        "runs do; leave out the one that is not of its robot",
+        f"{tmp_path}/{second}.json and {tmp_path}/{first}.json have the same track, which no "
+        "two runs do; leave out the one that is attributed to the wrong robot",
     )
     with pytest.raises(TrialError, match=r"^c\.csv, line 2 and .*json have the same track"):
         database.add(tmp_path, {replace(ONE, who="C."): "c.csv, line 2"}, refuse_copies=True)

@@ -144,11 +144,11 @@ PIXELS = "t_s,x_px,y_px\n"
         ("cycle,t_s,x_cm,y_cm\n", {}, "line 1: the first line must name"),
         ("cycle,cycle,x_cm,y_cm\n", {}, "line 1: the first line must name"),
         ("cycle,x_cm,y_px\n", {}, "line 1: the first line must name"),
-        ("cycle,x_cm,y_cm\n", {}, "has no point; add lines"),
+        ("cycle,x_cm,y_cm\n", {}, "has no points; add lines"),
         (
             "cycle,x_cm,y_cm\n0,0,0\n",
             {},
-            "line 2: the track has 1 point since .* and needs two; add",
+            "line 2: the track has 1 point since .* but needs two; add",
         ),
         (
             "trial,cycle,x_cm,y_cm\none,0,0,0\none,1,0,0\n",
@@ -160,27 +160,39 @@ PIXELS = "t_s,x_px,y_px\n"
             {},
             "line 2: repetition must be .* from 1 to 10000, got 0",
         ),
-        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n1,0,0\n", {}, "line 4: cycle 1 comes after 1; sort the l"),
+        (
+            "cycle,x_cm,y_cm\n0,0,0\n1,0,0\n1,0,0\n",
+            {},
+            "line 4: cycle must increase, but 1 follows 1; sort",
+        ),
         ("cycle,x_cm,y_cm\n1,0,0\n2,0,0\n", {}, "line 2: the first point is at cycle 1, .* count"),
-        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"start_s": 1}, "counts cycles .* leave --start-s out"),
-        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"scale": "1/2"}, "has x_cm, y_cm; leave --scale out"),
+        ("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", {"start_s": 1}, "counts cycles .* leave out --start-s"),
+        (
+            "cycle,x_cm,y_cm\n0,0,0\n1,0,0\n",
+            {"scale": "1/2"},
+            "has x_cm and y_cm.* leave out --scale",
+        ),
         (
             "cycle,x_cm,y_cm\n0,0,0\n1,0,0\n",
             {"picture": (9, 9)},
-            "is not in pixels; leave --picture",
+            "is not in pixels; leave out --picture",
         ),
         (
             "cycle,x_cm,y_cm\n0,0,0\n1,6.1,0\n",
             {},
-            "line 3: the point is 6.1 cm from .* a robot of 3 cm can't g",
+            "line 3: the point is 6.1 cm from .* a robot of 3 cm goes",
         ),
         ("cycle,x_cm,y_cm\n0,0,0\n90,0,101\n", {}, "line 3: the point is 101 cm from the first"),
-        (PIXELS + "0,0,0\n1,1,0\n", {}, "has pixels; give a reference length, such as --scale 10/"),
-        (PIXELS + "0,0,0\n1,1,0\n", {"scale": "cm"}, "has pixels; give a reference length"),
+        (
+            PIXELS + "0,0,0\n1,1,0\n",
+            {},
+            "is in pixels; give a reference length, such as --scale 10/",
+        ),
+        (PIXELS + "0,0,0\n1,1,0\n", {"scale": "cm"}, "is in pixels; give a reference length"),
         (
             PIXELS + "0,0,0\n1,1,11\n",
             {"scale": "1/9", "picture": (10, 10)},
-            r"line 3: \(1, 11\) leaves the picture of 10 x 10 pixels; correct",
+            r"line 3: \(1, 11\) is outside the picture of 10 x 10 pixels; correct",
         ),
         (
             PIXELS + "0,0,0\n1,1,1\n2,2,1\n",
@@ -192,16 +204,16 @@ PIXELS = "t_s,x_px,y_px\n"
             {"scale": "1/9", "start_s": 3},
             "line 2: .* give another --start-s",
         ),
-        (files.TRACKER, {}, "doesn't say its unit; give --scale cm, mm or m"),
+        (files.TRACKER, {}, "doesn't name its unit; give --scale cm, mm or m"),
         (
             files.TRACKER,
             {"scale": "cm", "point": "B"},
-            "line 2: has x, y of masse A, and not of 'B'",
+            "line 2: has x, y of masse A, not 'B'",
         ),
         (
             files.SEVERAL,
             {"scale": "cm"},
-            "line 3: has x, y of mass A, cm B; name one .* by --point",
+            "line 3: has x, y of mass A, cm B; choose one .* with --point",
         ),
         (
             files.SEVERAL.replace(b".", b","),
@@ -211,7 +223,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             b"#multi:\n,A\ntime,x,y\n",
             {},
-            "line 1: the first line must name .* or be as Tracker or DeepLabCut export",
+            "line 1: the first line must name .* or be that of an export from Tracker",
         ),
         (
             files.TRACKER + b"3,0\t0.2\t1,3\n",
@@ -226,7 +238,7 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             PIXELS + "0,0,0\n1,-1,0\n",
             {"scale": "1/9"},
-            r"line 3: \(-1, 0\) leaves the picture, which begins at 0, 0; correct it, or",
+            r"line 3: \(-1, 0\) is outside the picture, which begins at 0, 0; correct",
         ),
         (
             files.DEEPLABCUT.replace(b"0.98", b"98"),
@@ -235,13 +247,17 @@ PIXELS = "t_s,x_px,y_px\n"
         ),
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,\x1c.3\n", {}, r"line 3: y_cm must be .*'\\x1c\.3'"),
         ("cycle,x_cm,y_cm\n0,0,0\n1,0,\u0663\n", {}, "line 3: y_cm must be a finite number"),
-        (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "counts no frames; leave --fps out"),
-        (PIXELS + "0,0,0\n1,1,0\n", {"point": "nose"}, "no names to points; leave --point out"),
-        (files.DEEPLABCUT, {"scale": "1/9"}, "counts frames; give the frames per second .* --fps"),
+        (PIXELS + "0,0,0\n1,1,0\n", {"fps": 30}, "has times, not frame numbers; leave out --fps"),
+        (
+            PIXELS + "0,0,0\n1,1,0\n",
+            {"point": "nose"},
+            "doesn't name its points; leave out --point",
+        ),
+        (files.DEEPLABCUT, {"scale": "1/9"}, "has frame numbers; give the film's .* --fps"),
         (
             files.DEEPLABCUT,
             {"scale": "1/9", "fps": 9},
-            "line 3: .* of top, leg; name one of them by",
+            "line 3: .* of top, leg; choose one of them with",
         ),
         (
             files.DEEPLABCUT.replace(b"coords", b"cords"),
@@ -256,9 +272,9 @@ PIXELS = "t_s,x_px,y_px\n"
         (
             files.INDIVIDUALS,
             {"scale": "1/9", "fps": 9, "point": "one/top", "likelihood": 1},
-            "one/top is nowhere, or below the likelihood 1, on all 2 lines; give",
+            "one/top has no position, or a likelihood below 1, on all 2 lines; give",
         ),
-        (b"\x89HDF\r\n\x1a\n", {}, "is HDF5, and CSV is read; .* save_as_csv=True"),
+        (b"\x89HDF\r\n\x1a\n", {}, "is HDF5, not CSV; .* save_as_csv=True"),
         (files.CSV.decode().encode("utf-16"), {}, "line 1: not text in UTF-8; save"),
     ],
 )
@@ -268,16 +284,20 @@ def test_a_malformed_file_is_refused_with_its_name_the_line_and_the_mend(content
 
 
 def test_what_a_file_and_an_option_both_say_or_neither_is_refused():
-    with pytest.raises(CsvError, match=r"has a column design, so leave --design or it out"):
+    with pytest.raises(CsvError, match=r"has a column design; leave out --design, or the column"):
         read(files.CSV)
-    with pytest.raises(CsvError, match=r"has a column trial, so leave --repetition or it out"):
+    with pytest.raises(
+        CsvError, match=r"has a column trial; leave out --repetition, or the column"
+    ):
         read(files.CSV, design=None, repetition=1)
-    with pytest.raises(CsvError, match=r"says no design; give --design, or a column design"):
+    with pytest.raises(CsvError, match=r"names no design; give --design, or add a column design"):
         read("cycle,x_cm,y_cm\n0,0,0\n1,0,0\n", design=None)
-    with pytest.raises(CsvError, match=r"counts seconds; give --frequency-hz"):
+    with pytest.raises(
+        CsvError, match=r"has times in seconds; give the actuation's --frequency-hz"
+    ):
         read(files.SECONDS, film={"scale": "1/9"}, frequency_hz=None)
     with pytest.raises(
-        CsvError, match=r"film\.csv, line 2: cycles is 1, and the track goes on to 2"
+        CsvError, match=r"film\.csv, line 2: cycles is 1, but the track lasts until cycle 2"
     ):
         read("cycle,x_cm,y_cm\n0,0,0\n2,0,0\n", cycles=1)
 

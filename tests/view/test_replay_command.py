@@ -208,7 +208,7 @@ def test_a_png_shows_the_robots_at_the_end(softvox, tmp_path):
         (("--top", "9", "--fps", "9"), "--fps and --boxes are not for --top"),
         (("--top", "9", "--shape", "3", "1", "1"), "--shape is not for --top"),
         (("--top", "9", "--versus", "gravity=-1"), "--versus can't be combined with --top"),
-        (("6453", "--versus", "garbage"), "'garbage' is neither reality=NAME nor parameters as"),
+        (("6453", "--versus", "garbage"), "'garbage' is neither reality=NAME nor parameters such"),
         (("6453", "--versus", "gravty=1"), "did you mean gravity=...?"),
         (("6453", "--versus", "gravity=down"), "--versus gravity must be a number, got 'down'"),
         (("6453", "--versus", "reality=x"), "--versus no reality 'x'"),

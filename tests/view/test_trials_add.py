@@ -93,21 +93,21 @@ BAD = {
     "real.csv text.csv": "text.csv, line 1: the first line must name",
     "real.csv no.csv": "no.csv can't be read (No such file or directory)",
     "real.csv .": "can't be read (Is a directory)",
-    "real.csv --design 6453": "real.csv has a column design, so leave --design or it out",
-    "real.csv --fps 30": "real.csv counts no frames; leave --fps out",
+    "real.csv --design 6453": "real.csv has a column design; leave out --design, or the column",
+    "real.csv --fps 30": "real.csv has times, not frame numbers; leave out --fps",
     "real.csv --shape 3x3": "argument --shape: expected 3 arguments",
-    "dlc.csv": "dlc.csv counts frames; give the frames per second of the film, --fps",
-    "dlc.csv --fps 30": "dlc.csv says no design; give --design",
-    "dlc.csv --design 6453 --fps 30": "dlc.csv counts seconds; give --frequency-hz",
+    "dlc.csv": "dlc.csv has frame numbers; give the film's frames per second with --fps",
+    "dlc.csv --fps 30": "dlc.csv names no design; give --design",
+    "dlc.csv --design 6453 --fps 30": "dlc.csv has times in seconds; give the",
     "dlc.csv --design 6561": "0 to 6560",
     "dlc.csv --design 6453 --fps 0": "fps must be above 0",
-    "dlc.csv --design 1 --fps 1 --frequency-hz 1": "dlc.csv has pixels; give a reference length",
+    "dlc.csv --design 1 --fps 1 --frequency-hz 1": "dlc.csv is in pixels; give a reference length",
     "dlc.csv --scale 437": "scale must be cm, mm, m, or a reference length",
     "dlc.csv --picture 640": "must be WIDTHxHEIGHT",
     "real.csv --repetition 0": "--repetition",
     "real.csv --pressure-kpa high": "--pressure-kpa",
     "real.csv --pressure-kpa -6": "pressure_kpa must be",
-    "real.csv --cycles 1": "real.csv, line 2: cycles is 1, and the track goes on to 2",
+    "real.csv --cycles 1": "real.csv, line 2: cycles is 1, but the track lasts until cycle 2",
     "real.csv --date 27.11.2026": "date must be written as 2026-11-27",
     "real.csv --license mine": "--license",
     "real.csv --into text.csv": "text.csv is not a folder; choose another",
@@ -145,7 +145,7 @@ def test_a_track_that_the_folder_has_under_another_name_is_refused(folder):
     (folder / "copy.csv").write_text(CSV.replace("6453,1,", "573,7,"))
     done = softvox("trials", "add", "copy.csv", *RUN, cwd=folder)
     assert "error: copy.csv, line 2 and trials/" in done.stderr
-    assert ".json have the same track, and no two runs do; leave out" in done.stderr
+    assert ".json have the same track, which no two runs do; leave out" in done.stderr
     (folder / "other.csv").write_text(CSV.replace("0.75", "0.7"))
     done = softvox("trials", "add", "other.csv", *RUN, cwd=folder)
     assert "error: other.csv, line 2 and trials/" in done.stderr

@@ -182,12 +182,12 @@ def test_check_says_that_there_is_no_fault_or_each(folder, capsys):
     status, out, err = told(capsys, "check")
     assert (status, err) == (1, "")
     assert out.splitlines() == [
-        f"trials/{STILL.digest}.json line 1: is no JSON; restore it, or take it out",
+        f"trials/{STILL.digest}.json line 1: is not valid JSON; restore the file, or remove it",
         "2 trials (1 measured, 1 simulated), 1 fault, 0 warnings",
     ]
     status, out, err = told(capsys, "list")
     assert (status, out) == (2, "")
-    assert err.startswith(f"softvox: error: trials/{STILL.digest}.json line 1: is no JSON")
+    assert err.startswith(f"softvox: error: trials/{STILL.digest}.json line 1: is not valid JSON")
 
 
 def test_check_looks_between_folders_too(folder, tmp_path, capsys):
@@ -257,10 +257,10 @@ def test_a_folder_that_is_none_is_named(command, tmp_path, capsys, monkeypatch):
     status, out, err = told(capsys, *command)
     assert (status, out) == (2, "")
     assert err == (
-        "softvox: error: there is no folder trials; name one of trials, or make one: softvox "
+        "softvox: error: there is no folder trials; name another, or make it with softvox "
         "trials add\n"
     )
-    message = "softvox: error: file is a file; name the folder that it is in\n"
+    message = "softvox: error: file is a file; name its folder\n"
     assert told(capsys, *command, "file") == (2, "", message)
     assert not (tmp_path / "x.jsonl").exists()
 

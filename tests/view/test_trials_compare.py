@@ -155,7 +155,7 @@ def test_without_trials_there_is_nothing_to_compare(folder, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     status, _, err = told(capsys, "empty")
     assert status == 2
-    assert "there are no trials to compare; give one at least" in err
+    assert "there are no trials to compare; give at least one" in err
 
 
 @pytest.fixture(scope="module")

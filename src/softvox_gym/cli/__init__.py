@@ -2,10 +2,10 @@
 
 A command is a module with `add_parser(commands)`, which adds its parser and sets `run` as the
 parser's default, and `run(args)`, which does the work and returns the exit status. `COMMANDS` lists
-those of this package; others are found as entry points of the group `softvox_gym.commands`, each a
-module that is light to import.
+those of this package. Other packages add commands by entry points of the group
+`softvox_gym.commands`, each a module that is quick to import.
 
-Exit status: 0 done, 1 the answer is no (`verify`) or one's own searcher failed, 2 bad input,
+Exit status: 0 done, 1 the answer is no (`verify`) or the user's own searcher failed, 2 bad input,
 128 + n stopped by signal n.
 """
 
@@ -27,7 +27,7 @@ from softvox_gym.cli.terminal import BadInputError, complain, degrade_output, on
 
 COMMANDS = (landscape, reality, robustness, simulate, verify)
 
-#: How a command is called; also as wide as the column of their names.
+#: Placeholder of a command in the usage; it also sets the width of the column of commands.
 COMMAND = "COMMAND [options]"
 
 #: Group of entry points that name further commands.
@@ -70,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         complain("error", f"not enough memory for a run of this size: {error}")
         return 2
-    except BrokenPipeError:  # the reader has seen enough
+    except BrokenPipeError:  # the reader of a pipe, such as head, has stopped
         _drop_output()
         return 128 + getattr(signal, "SIGPIPE", 13)
     except OSError as error:
@@ -89,7 +89,7 @@ def _run(arguments: list[str]) -> int:
         args, unknown = parser.parse_known_args(readable(arguments))
         if unknown:
             getattr(args, "parser", parser).refuse(unknown)
-    except SystemExit as end:  # --help, --version, or an error already told
+    except SystemExit as end:  # --help, --version, or an error that is already reported
         return int(end.code or 0)
     if args.run is None:
         parser.print_help()
@@ -99,9 +99,9 @@ def _run(arguments: list[str]) -> int:
 
 
 def _parser(first: str = "") -> Parser:
-    """Return the parser of all commands, or without those that the first word doesn't ask for.
+    """Return the parser of all commands, or only of those that the first word may need.
 
-    Those of other packages are meant, which take time to load.
+    Commands of other packages are left out then, because they take time to load.
     """
     usage = f"softvox {COMMAND}"
     parser = Parser(prog="softvox", usage=usage, description=DESCRIPTION, epilog=EXAMPLES)
@@ -121,13 +121,13 @@ def _parser(first: str = "") -> Parser:
     for entry in entries:
         try:
             entry.load().add_parser(commands)
-        except Exception as error:  # whatever it is, the other commands must work
+        except Exception as error:  # a broken command must not break the others
             complain("warning", f"command {entry.name} can't be loaded: {error}")
     return parser
 
 
 def _drop_output() -> None:
-    """Send what is still to be printed nowhere, or the interpreter complains when it ends."""
+    """Discard the rest of the output, or the interpreter prints an error when it ends."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""softvox landscape: all designs into a table."""
+"""softvox landscape: simulate all designs into a table."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ ANALYSIS, DOCUMENT, *TABLES = ANALYSIS_FILES = (
     "analysis.json", "analysis.md", "local_optima.csv", "classes.csv", "neighbours.csv"
 )  # fmt: skip
 
-#: In place of the table, where that has millions of rows.
+#: Written instead of the table if that has millions of rows.
 PACKED = "landscape.npz"
 
-#: How many designs there are, by phases.
+#: Numbers of designs by number of phases.
 N_PHASED = {phases: phased_lattice(phases).n_designs for phases in range(2, MOST_PHASES + 1)}
 
-#: What the published run took (Kriegman et al., RoboSoft 2020).
+#: Time of the published run (Kriegman et al., RoboSoft 2020).
 PAPER_CPU_HOURS = 58
 
 DESCRIPTION = f"""\
@@ -77,7 +77,7 @@ analysis is shorter, and includes which designs the kit can build.
 
 BEST = 10
 
-#: Landscapes of more designs are no CSV.
+#: Larger landscapes are not written as CSV.
 MOST_ROWS = 10**5
 
 
@@ -119,7 +119,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Check that the result can be written, then make it, write it and sum it up."""
+    """Check that the result can be written, then compute, write and summarise it."""
     physics = physics_of(args)
     if args.phases > 1:
         return _run_phased(args, physics)
@@ -140,7 +140,8 @@ def run(args: Namespace) -> int:
         shown.append(step_section(table["step_error"]))
     if args.analyse:
         analysis = analyse(table["fitness"])
-        # A landscape forced over this one leaves these: the digest tells that they are another's.
+        # A later landscape written here with --force leaves these files; the digest then shows
+        # that they belong to another one.
         data = {name: manifest[name] for name in ("version", "commit", "digest")}
         texts |= {ANALYSIS: as_json({**data, **analysis.to_dict()}), DOCUMENT: analysis.markdown()}
         texts |= analysis.tables()
@@ -152,7 +153,7 @@ def run(args: Namespace) -> int:
 
 
 def _run_phased(args: Namespace, physics: Physics) -> int:
-    """Do the same with several phases, from what ships or is kept where it is there."""
+    """Do the same with several phases, using a landscape that ships or is in the cache."""
     if args.check_step:
         raise BadInputError(
             "--check-step works with one phase only; leave out --check-step or --phases"
@@ -194,13 +195,13 @@ def _run_phased(args: Namespace, physics: Physics) -> int:
 
 
 def _packed(table: Table) -> bytes:
-    """Return a table's columns, but the digits, as an archive."""
+    """Return a table's columns, except the digits, as an archive."""
     columns = {name: table[name] for name in table.dtype.names or () if name != "digits"}
     return archive_of(columns, zipfile.ZIP_DEFLATED)
 
 
 def facts(table: Table) -> dict[str, Any]:
-    """Return what the manifest says of the table itself."""
+    """Return the manifest's facts about the table itself."""
     names = ["design", "digits", "fitness"]
     best = [dict(zip(names, row, strict=True)) for row in ranking(table)[:1][names].tolist()]
     assert table.physics is not None
@@ -214,13 +215,13 @@ def facts(table: Table) -> dict[str, Any]:
 
 
 def ranking(table: Table) -> Table:
-    """Return the designs that did not diverge, best first; equal ones by number."""
+    """Return the designs that did not diverge, best first; ties by number."""
     order = np.argsort(-table["fitness"], kind="stable")
     return Table.of(table[order[~table["diverged"][order]]], table.physics)
 
 
 def step_section(error: NDArray[np.float64]) -> str:
-    """Return what half the time step changes, in one sentence."""
+    """Return a sentence about the changes of fitness at half the time step."""
     known = error[~np.isnan(error)]
     counts = " and ".join(
         f"{int((known > least).sum())} by more than {least:g}" for least in (0.1, 1)
@@ -233,12 +234,12 @@ def step_section(error: NDArray[np.float64]) -> str:
 
 
 def as_json(values: dict[str, Any]) -> str:
-    """Return JSON as the files of a landscape have it."""
+    """Return values as JSON, in the format of a landscape's files."""
     return json.dumps(values, indent=2, allow_nan=False) + "\n"
 
 
 def best_section(table: Table) -> Section:
-    """Return the ten best."""
+    """Return the table of the ten best designs."""
     names = ("design", "digits", "fitness", "dx", "dy")
     best = enumerate(ranking(table)[:BEST][list(names)].tolist(), start=1)
     columns = [Column(name, name) for name in ("rank", *names[:2])]
@@ -247,7 +248,7 @@ def best_section(table: Table) -> Section:
 
 
 def summary(table: Table, manifest: dict[str, Any]) -> str:
-    """Return the ten best, and the time beside the paper's."""
+    """Return the ten best designs, and the time compared with the paper's."""
     times = PAPER_CPU_HOURS * 3600 / manifest["cpu_seconds"]
     diverged = manifest["n_diverged"]
     lost = f", of which {diverged} diverged" if diverged else ""

@@ -16,12 +16,12 @@ from softvox_gym.cli.terminal import BadInputError, bad_input, complain
 from softvox_gym.physics import ACTUATIONS, PRESETS, SPECS, ParameterSpec, Physics
 from softvox_gym.realities import Reality, reality
 
-#: Negative numbers that argparse takes for options.
+#: Negative numbers that argparse mistakes for options.
 ODD_NEGATIVE = re.compile(r"-((\d+\.?\d*|\.\d+)(e[-+]?\d+)|\d+\.|inf|nan)", re.IGNORECASE)
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that says one line and exits with 2 where it can't go on."""
+    """An argument parser that reports an error in one line and exits with status 2."""
 
     def __init__(self, **options: Any) -> None:
         width = min(shutil.get_terminal_size().columns - 2, 88)
@@ -29,12 +29,12 @@ class Parser(argparse.ArgumentParser):
         super().__init__(allow_abbrev=False, formatter_class=layout, **options)
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong and where the help is."""
+        """Report what is wrong and how to get help."""
         complain("error", f"{message} (see {self.prog} --help)")
         sys.exit(2)
 
     def refuse(self, unknown: Sequence[str]) -> NoReturn:
-        """Say which argument is one too many, and what may have been meant."""
+        """Report an unknown argument, and what may have been meant."""
         option = next((word for word in unknown if word.startswith("-")), None)
         if option is None:
             self.error(f"unexpected argument {unknown[0]!r}")
@@ -44,9 +44,9 @@ class Parser(argparse.ArgumentParser):
 
 
 def readable(arguments: Iterable[str]) -> list[str]:
-    """Return arguments as argparse takes them.
+    """Return arguments in a form that argparse understands.
 
-    A blank before -1e7, -inf and the like has it take them for values. --shape 3x3x3 is the same as
+    A blank before -1e7, -inf and the like makes argparse read them as values. --shape 3x3x3 becomes
     --shape 3 3 3.
     """
     words = [f" {word}" if ODD_NEGATIVE.fullmatch(word) else word for word in arguments]
@@ -60,7 +60,7 @@ def readable(arguments: Iterable[str]) -> list[str]:
 
 
 def number(text: str) -> float:
-    """Read a number; whether it is finite and in bounds is for `Physics` to say."""
+    """Read a number; `Physics` checks whether it is finite and within bounds."""
     try:
         return float(text)
     except ValueError:
@@ -149,7 +149,7 @@ def _shown(value: Any) -> str:
 
 
 def physics_of(args: argparse.Namespace) -> Physics:
-    """Return the physics that the options ask for; BadInputError for a value out of its bounds."""
+    """Return the physics of the options; BadInputError for a value out of its bounds."""
     changes = {spec.name: value for spec in SPECS if (value := vars(args)[spec.name]) is not None}
     gravity = changes.get("gravity", ())
     if len(gravity) not in (0, 1, 3):
@@ -166,7 +166,7 @@ def physics_of(args: argparse.Namespace) -> Physics:
 
 
 def named(physics: Physics, preset: str) -> str:
-    """Return what tells a physics from a preset, as `world_of` reads it; else the preset's name."""
+    """Return the changes of a physics to a preset, as in `world_of`, or the preset's name."""
     own, usual = physics.to_dict(), Physics.preset(preset).to_dict()
     changes = [
         f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}".replace(" ", "")
@@ -177,12 +177,12 @@ def named(physics: Physics, preset: str) -> str:
 
 
 def world_of(text: str, physics: Physics) -> tuple[str, Reality]:
-    """Return the name of a world and what it is: reality=NAME, or changes to a physics.
+    """Return a world and its name, for the text reality=NAME or changes to a physics.
 
     Raises
     ------
     ValueError
-        For a text that is neither, or a value that is out of its bounds.
+        If the text is neither, or a value is out of its bounds.
     """
     kinds = {spec.name: type(spec.default) for spec in SPECS} | {"shear_ratio": float}
     changes: dict[str, Any] = {}
@@ -195,7 +195,7 @@ def world_of(text: str, physics: Physics) -> tuple[str, Reality]:
             close = difflib.get_close_matches(key, ["reality", *kinds], n=1)
             hint = f"; did you mean {close[0]}=...?" if close else ""
             raise ValueError(
-                f"{text!r} is neither reality=NAME nor parameters as gravity=-1.62{hint}"
+                f"{text!r} is neither reality=NAME nor parameters such as gravity=-1.62{hint}"
             )
         changes[key] = _value(key, value, kinds[key])
     if "shear_ratio" in changes:
@@ -206,7 +206,7 @@ def world_of(text: str, physics: Physics) -> tuple[str, Reality]:
 
 
 def _value(key: str, text: str, kind: type) -> Any:
-    """Return a parameter's value as its text has it; ValueError where that is none."""
+    """Return a parameter's value for its text; ValueError if the text is invalid."""
     if kind is str:
         return text
     if kind is bool:

@@ -18,7 +18,7 @@ from softvox_gym.realities import SETS, Reality, realities, reality
 
 TABLE = "realities.csv"
 
-#: What the table calls the reality of the options.
+#: Name in the table of the reality given by options.
 OWN = "yours"
 
 DESCRIPTION = f"""\
@@ -89,5 +89,5 @@ def run(args: Namespace) -> int:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it, which knows no NaN."""
+    """Return a value for JSON, which has no NaN: None in its place."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

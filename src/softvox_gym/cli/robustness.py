@@ -1,4 +1,4 @@
-"""softvox robustness: what noise does to the landscape."""
+"""softvox robustness: how noise changes the landscape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Being stopped: an exception where a signal's default would leave files behind."""
+"""Signals: an exception in place of the default action, which would leave files behind."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import FrameType
 
 
 class Stopped(BaseException):
-    """A signal, whose number it has, asked the program to stop; the exit status is 128 more."""
+    """A signal asked the program to stop; `number` is the signal's, the exit status 128 more."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -18,10 +18,10 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[None]:
-    """Raise `Stopped` for Ctrl-C, SIGTERM and a closed terminal; once, so that cleaning up is safe.
+    """Raise `Stopped` for Ctrl-C, SIGTERM and a closed terminal; once, so that cleanup is safe.
 
-    A signal that is ignored (nohup, a background job) stays so. After a stop all are ignored for
-    good: the process is about to end, and a second Ctrl-C must not disturb that.
+    A signal that was ignored before (nohup, a background job) stays ignored. After a stop all are
+    ignored: the process is about to end, and a second Ctrl-C must not interrupt its cleanup.
     """
     usual = {signal.SIG_DFL, signal.default_int_handler}
     numbers = [

@@ -1,4 +1,4 @@
-"""softvox simulate: one design."""
+"""softvox simulate: simulate one design."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ digits (nx, ny, nz), physics (JSON)"""
 FRAMES_PER_CYCLE = 50
 MOST_CYCLES = 10**6
 
-#: Per voxel: position, quaternion and edge.
+#: Bytes of a voxel in a frame: position, quaternion and edge.
 FRAME_BYTES = 8 * 8
 MOST_FRAME_BYTES = 2**30
 
@@ -70,7 +70,7 @@ def add_parser(commands: Any) -> None:
         metavar="STEPS",
         help=f"time steps between frames (default: about {FRAMES_PER_CYCLE} frames per cycle)",
     )
-    parser.add_argument("--force", action="store_true", help="replace FILE.npz where it exists")
+    parser.add_argument("--force", action="store_true", help="replace FILE.npz if it exists")
     add_threads(parser)
     add_physics(parser)
     parser.set_defaults(run=run, parser=parser)
@@ -82,8 +82,8 @@ def run(args: Namespace) -> int:
     physics = physics_of(args)
     if not physics.cycles <= MOST_CYCLES:
         raise BadInputError(
-            f"the track would have {physics.cycles:.3g} cycles, and at most {MOST_CYCLES} are "
-            "followed; give a lower --frequency-hz or a shorter --duration"
+            f"the track would have {physics.cycles:.3g} cycles, but at most {MOST_CYCLES} are "
+            "possible; give a lower --frequency-hz or a shorter --duration"
         )
     if args.every and not args.frames:
         raise BadInputError("--every needs --frames FILE.npz; give that as well")
@@ -111,9 +111,9 @@ def run(args: Namespace) -> int:
 
 
 def design_of(text: str, shape: tuple[int, int, int], phases: int = 1) -> Design:
-    """Return the design that a number, digits or a file stand for; BadInputError for anything else.
+    """Return the design for a number, digits or a file; BadInputError for anything else.
 
-    A file has its lattice; a shape or phases other than the default must be the same.
+    A file has its own lattice, which a shape or phases other than the default must match.
     """
     try:
         lattice = Lattice.of(shape, phases=phases)
@@ -141,8 +141,8 @@ def _check_frames(design: Design, physics: Physics, every: int) -> None:
     size = count * len(design.digits) * FRAME_BYTES
     if size > MOST_FRAME_BYTES:
         raise BadInputError(
-            f"{count:.3g} frames would take {size / 2**30:.3g} GiB, and at most "
-            f"{MOST_FRAME_BYTES / 2**30:g} GiB are kept; give a larger --every than {every}"
+            f"{count:.3g} frames would take {size / 2**30:.3g} GiB, but at most "
+            f"{MOST_FRAME_BYTES / 2**30:g} GiB are allowed; give a larger --every than {every}"
         )
 
 
@@ -158,7 +158,7 @@ def frames_archive(result: Result) -> bytes:
 
 
 def track(result: Result) -> Section:
-    """Return where the centre of mass is, in voxel widths from the start of actuation."""
+    """Return the track of the centre of mass, in voxel widths from the start of actuation."""
     assert result.track is not None
     begin, period = result.physics.settle_time, 1 / float(result.physics.frequency_hz)
     return Section(
@@ -175,7 +175,7 @@ def track(result: Result) -> Section:
 
 
 def as_text(result: Result) -> str:
-    """Return the result for people."""
+    """Return the result as text."""
     design = result.design(0)
     dx, dy, dz = result.displacement[0]
     error = result.step_error
@@ -193,7 +193,7 @@ displacement  {dx:.6f} {dy:.6f} {dz:.6f}
 
 
 def as_json(result: Result) -> str:
-    """Return the result for programs; null where the design diverged."""
+    """Return the result as JSON; null if the design diverged."""
     design = result.design(0)
     data = {
         "design": _number(design),
@@ -213,7 +213,7 @@ def as_json(result: Result) -> str:
 
 
 def _number(design: Design) -> int | None:
-    """Return a design's number; None on a large lattice, where it has hundreds of digits."""
+    """Return a design's number; None on a large lattice, where it would have hundreds of digits."""
     return design.index if design.lattice.has_int64_numbers else None
 
 

@@ -1,4 +1,4 @@
-"""What the commands say: errors and warnings of one line, in the words of the command line."""
+"""Errors and warnings of one line, in terms of the command line's options."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from softvox_gym.physics import ParameterError
 
 
 class BadInputError(Exception):
-    """What the user gave can't be used; the message is one line naming the remedy."""
+    """The user's input can't be used; the message is one line that names the remedy."""
 
 
 @contextlib.contextmanager
 def bad_input(option: str = "") -> Iterator[None]:
     """Turn the errors that the package raises for bad arguments into `BadInputError`.
 
-    The option goes before the message, where the package can't know its name.
+    The option is put before the message, because the package can't know its name.
     """
     try:
         yield
@@ -35,7 +35,7 @@ def bad_input(option: str = "") -> Iterator[None]:
 
 
 def degrade_output() -> None:
-    """Make the standard streams write an escape in place of what their encoding lacks."""
+    """Make the standard streams write an escape for characters that their encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)  # a captured stream may have none
         if reconfigure:
@@ -43,7 +43,7 @@ def degrade_output() -> None:
 
 
 def complain(kind: str, message: str) -> None:
-    """Say one line on standard error."""
+    """Print one line on standard error."""
     if sys.stderr is not None:
         with contextlib.suppress(OSError):
             print(f"softvox: {kind}: {' '.join(message.split())}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Options that name trials: folders of them, which of them, and the cycles that are compared."""
+"""Options for trials: their folders, filters, and the cycles that are compared."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from softvox_gym.trials.database import read, shipped
 from softvox_gym.trials.measured import MeasuredReality, from_trials, pair
 from softvox_gym.trials.trial import Trial
 
-#: Where trials are, unless something else is said; in the current folder.
+#: Default folder of trials, in the current folder.
 DEFAULT = Path("trials")
 
-#: Options that must equal a fact of a trial, and those that may also be a part of it.
+#: Options that must equal a fact of a trial, and options that may also be contained in it.
 EQUAL = {"source": "source", "kpa": "pressure_kpa", "hz": "frequency_hz", "simulated_in": "reality"}
 TEXTS = ("surface", "powder", "who")
 
@@ -76,7 +76,7 @@ def add_cycles(parser: Any) -> None:
 
 
 def cycles(text: str) -> tuple[float, float]:
-    """Read after how many cycles robots are looked at: N, or REAL:SIMULATED."""
+    """Read the cycles after which robots are compared: N, or REAL:SIMULATED."""
     parts = [number(part) for part in text.split(":")]
     try:
         return pair(parts)
@@ -87,7 +87,7 @@ def cycles(text: str) -> tuple[float, float]:
 
 
 def add_filters(parser: Any) -> None:
-    """Add options that choose among the trials."""
+    """Add options that select trials."""
     parser.add_argument("--design", metavar="N", help="only this design, a number or digits")
     parser.add_argument("--lattice", metavar="NAME", help="only designs of this lattice, as 2x2x2")
     parser.add_argument(
@@ -112,13 +112,13 @@ def _number_or_none(text: str) -> float | str:
 
 
 def measured_of(args: Namespace) -> MeasuredReality | None:
-    """Return the reality of the trials that options of `add_trials` name; None without --trials.
+    """Return the reality made from the trials of the options; None without --trials.
 
     Raises
     ------
     BadInputError
-        Where a folder can't be read, none is chosen, those can't be one reality, or other options
-        of trials stand alone.
+        If a folder can't be read, no trial is selected, the trials can't form one reality, or
+        filters are given without --trials.
     """
     if not args.trials:
         alone = [name for name in ("cycles", *FILTERS) if vars(args)[name] is not None]
@@ -132,25 +132,25 @@ def measured_of(args: Namespace) -> MeasuredReality | None:
 
 
 def folders_of(args: Namespace) -> list[Path]:
-    """Return the folders that `add_folders` names; with --shipped, the default may be missing."""
+    """Return the folders of `add_folders`; with --shipped, the default one may be missing."""
     own = args.folders or ([] if args.shipped and not DEFAULT.exists() else [DEFAULT])
     return [*own, shipped()] if args.shipped else own
 
 
 def read_chosen(args: Namespace) -> list[Trial]:
-    """Read the trials that the options name and choose; none where there are none.
+    """Read the trials that the options select; none if the folders have none.
 
     Raises
     ------
     BadInputError
-        Where a folder is missing or has a fault, or none is chosen of those that there are.
+        If a folder is missing or has a fault, or the options select none of its trials.
     """
     with bad_input():
         return _some_chosen(read(*folders_of(args)), args)
 
 
 def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
-    """Return what `chosen` does; ValueError where that is none of several."""
+    """Return what `chosen` does; ValueError if it selects none of the trials."""
     made = chosen(trials, args)
     if trials and not made:
         raise ValueError(
@@ -160,7 +160,7 @@ def _some_chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
 
 
 def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
-    """Return the trials that the options of `add_filters` choose; all where none is given."""
+    """Return the trials that the options of `add_filters` select; all without options."""
     given = ((name, vars(args)[name]) for name in TEXTS)
     texts = [_of_text(trials, name, text) for name, text in given if text is not None]
     return [
@@ -176,7 +176,7 @@ def chosen(trials: Sequence[Trial], args: Namespace) -> list[Trial]:
 
 
 def _of_text(trials: Sequence[Trial], name: str, text: str) -> set[Trial]:
-    """Return the trials of which a text is that, whatever its case; where none is, has it in it."""
+    """Return the trials with this text, in any case; if there are none, those that contain it."""
     own = {trial: getattr(trial, name).casefold() for trial in trials}
     wanted = text.casefold()
     exact = {trial for trial, value in own.items() if value == wanted}

@@ -1,4 +1,4 @@
-"""softvox verify: the agreement table."""
+"""softvox verify: compare this build with reference data."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Print the table as it is computed; 0 where nothing failed, else 1."""
+    """Print the table as it is computed; return 0 if nothing failed, else 1."""
     with bad_input():
         isa = engine.isa_name()
     rows: list[Row] = []
@@ -83,7 +83,7 @@ def as_text(row: Row) -> str:
 
 
 def as_json(rows: list[Row], isa: str) -> str:
-    """Return the table as JSON; null for a difference that is no number."""
+    """Return the table as JSON; null for a difference that is NaN."""
     table = [asdict(row) for row in rows]
     for row in table:
         row["largest"] = row["largest"] if isfinite(row["largest"] or 0.0) else None

@@ -1,4 +1,4 @@
-"""The carried reference data: measured from the authors' own engine, and the published table."""
+"""Reference data: measured from the authors' own engine, and the published table."""
 
 from __future__ import annotations
 

@@ -57,25 +57,25 @@ BACK = 1.4
 
 @dataclass(eq=False)
 class _Group:
-    """Episodes that are equally far along, and so can share a simulation."""
+    """Episodes after equally many steps, which can share a simulation."""
 
     rows: Rows
     sim: Simulation
     step: int  # intervals so far
-    value: Array  # of the task so far, shape (k,)
+    value: Array  # the task's value so far, shape (k,)
 
     def take(self, mask: NDArray[np.bool_]) -> _Group:
-        """Return a group of some of them, in a simulation of its own."""
+        """Return a group of some of the episodes, with its own simulation."""
         sim = self.sim.take(np.flatnonzero(mask))
         return _Group(self.rows[mask], sim, self.step, self.value[mask])
 
 
 class _Seen(NamedTuple):
-    """A robot on its way."""
+    """A moving robot, as its pictures show it."""
 
-    stand: Pose  # where it stood when the pump began
-    path: list[Array]  # of its centre of mass, from then
-    poses: list[Pose]  # at the last moments of it
+    stand: Pose  # when the pump began
+    path: list[Array]  # of its centre of mass, from then on
+    poses: list[Pose]  # at the last moments of the path
     azimuth: float  # of the camera, degrees
 
     def pictures(self) -> list[NDArray[np.uint8]]:
@@ -120,7 +120,7 @@ class Control(Episodes):
         world = reality_of(physics, reality)
         if world.resolution > 1:
             raise ValueError(
-                f"reality {world.name} builds every voxel of smaller ones; control has whole ones"
+                f"reality {world.name} divides voxels into smaller ones, which control can't use"
             )
         self.physics = world.physics
         self.task = Task.of(task, heading)
@@ -143,15 +143,15 @@ class Control(Episodes):
         self.single_action_space = spaces.Box(
             np.float32(0), self._most, (len(self.actuators),), np.float32
         )
-        self._stand = rest_pose(self.design.kinds)  # until it has settled
+        self._stand = rest_pose(self.design.kinds)  # replaced after settling
         assert self._stand.site is not None
-        self._at = (slice(None), *self._stand.site.T)  # its voxels, in the arrays of a State
+        self._at = (slice(None), *self._stand.site.T)  # its voxels in the arrays of a State
         self._low, self._high = self._bounds()
         self.single_observation_space = spaces.Box(self._low, self._high, dtype=np.float32)
         self._groups: list[_Group] = []
         self._settled: Simulation | None = None
         self._azimuth = AZIMUTH
-        self._paths: dict[int, list[Array]] = {}  # of the centre, where there are pictures
+        self._paths: dict[int, list[Array]] = {}  # of the centre of mass, if there are pictures
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -207,7 +207,7 @@ class Control(Episodes):
                 about = {"of": self._identity, "step": group.step}
                 saved = group.sim.take([int(place)]).save()
                 return sealed(MAGIC, json.dumps(about).encode() + b"\n" + saved)
-        raise ResetNeeded("there is no episode to save: reset() first, it is over or not begun")
+        raise ResetNeeded("there is no episode to save: it is over or has not begun; reset() first")
 
     def restore(self, saved: bytes, which: Rows) -> Started:
         """Continue a saved episode in some rows."""
@@ -306,7 +306,7 @@ class Control(Episodes):
         if self.render_mode == "rgb_array_list":
             pictures = max(1, round((end - begin) * WALK_FPS / WALK_SPEED))
         until = np.linspace(begin, end, pictures + 1)[1:]
-        if group.step + 1 == self.steps:  # to the very end, wherever that is in its interval
+        if group.step + 1 == self.steps:  # to the end of the run, which may be within the interval
             until = np.append(until[until < float(self.physics.duration)][: pictures - 1], np.inf)
         states = []
         for moment in until:

@@ -186,21 +186,21 @@ class Evaluator(Episodes):
 
 
 def _check_table(reality: Reality, lattice: Lattice, asked: Sequence[str]) -> None:
-    """Make sure that a table has all that is asked for; ValueError where none does."""
+    """Check that a table has all that is requested; otherwise ValueError."""
     if reality.plain_physics != Physics.published() or lattice[:] != LATTICE:
         raise ValueError(
-            "from_table needs shape (2, 2, 2) and physics 'published', and no reality; without "
-            "it, as in SoftVox2x2x2-v0, whatever is asked for is simulated"
+            "from_table needs shape (2, 2, 2), physics 'published' and no reality; without "
+            "from_table, as in SoftVox2x2x2-v0, anything can be simulated"
         )
     if "energy" in asked:
         raise ValueError(
-            "objectives has energy, which the table does not; without from_table, as in "
+            "objectives has energy, which the table lacks; without from_table, as in "
             "SoftVox2x2x2-v0, it is simulated"
         )
     if lattice.phases > 1 and not {*asked} <= {*TOLD_BY_ENDS}:
         raise ValueError(
-            f"objectives may be {', '.join(TOLD_BY_ENDS)} where the table of several phases "
-            "answers, which has no tracks; without from_table they are simulated"
+            f"objectives may be {', '.join(TOLD_BY_ENDS)} from the table of several phases, which "
+            "has no tracks; without from_table all are simulated"
         )
     if not has_table(lattice):
         raise ValueError(no_table(lattice))

@@ -87,7 +87,7 @@ def _reached(start: Bools, free: Bools) -> Bools:
 
 
 class Unfinished(NamedTuple):
-    """A robot of which some sites are still open."""
+    """A robot with sites that are still open."""
 
     digits: NDArray[np.uint8]  #: (nx, ny, nz)
 

@@ -50,7 +50,7 @@ class SingleEnv(gym.Env[Any, Any]):
             _ONLY, np.asanyarray(action)[np.newaxis], lambda: [self.np_random]
         )
         if self.render_mode != "rgb_array_list":
-            self._seen.clear()  # as nothing asks for the steps before
+            self._seen.clear()  # because earlier steps can't be requested
         self._seen.append(films[0])
         over = bool(terminated[0]), bool(truncated[0])
         return observations[0], plain(rewards[0]), *over, _first({**infos, **finals})

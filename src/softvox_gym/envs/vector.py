@@ -26,7 +26,7 @@ Part = tuple[NDArray[np.intp], dict[str, Any]]
 
 
 def batched(parts: Sequence[Part], n: int) -> dict[str, Any]:
-    """Return infos of some of n environments as arrays of n rows, with masks of which have one.
+    """Return infos of some of n environments as arrays of n rows, with masks of which have them.
 
     Keys are in the order in which the environments, one after another, introduce them.
     """

@@ -1,4 +1,4 @@
-"""Where landscapes are kept that were computed here: files in the user's cache folder."""
+"""Files of landscapes that were computed here, in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from softvox_gym.manifest import engine_probe
 from softvox_gym.physics import Physics
 from softvox_gym.realities import Reality
 
-#: Of the files; count up with every change of what is kept.
+#: Format of the files; increase it with every change of their content.
 FORMAT = 3
 
-#: The lattice that a file's name leaves out.
+#: The lattice that is not named in a file's name.
 ONE_PHASE = Lattice(2, 2, 2)
 
 
 def cache_path(physics: Physics | Reality, lattice: Lattice = ONE_PHASE) -> Path | None:
-    """Return where the landscape of a physics is kept; None where the user has no folder.
+    """Return the file of a physics' landscape; None if the user has no home folder.
 
-    The name stands for all that the table depends on: the values of the physics or the reality,
-    what the engine makes of some designs, and the format.
+    The name depends on everything that the table depends on: the physics or the reality, the bits
+    of the engine (`engine_probe`), and the format.
     """
     facts = Reality.of(physics).to_dict()
     identity = {"format": FORMAT, "engine": engine_probe(), **facts}
@@ -40,7 +40,7 @@ def cache_path(physics: Physics | Reality, lattice: Lattice = ONE_PHASE) -> Path
     folder = os.environ.get("SOFTVOX_CACHE")
     try:
         return (Path(folder) if folder else _user_folder()) / f"landscape-{name}.npy"
-    except RuntimeError:  # nobody's home
+    except RuntimeError:  # there is no home folder
         return None
 
 
@@ -52,7 +52,7 @@ def _user_folder() -> Path:
 
 
 def write(path: Path, values: NDArray[np.float64]) -> None:
-    """Keep what a table is made of, as `read` returns it, with a digest; not where denied."""
+    """Store the values of a table, as `read` returns them, with a digest; do nothing if denied."""
     array = io.BytesIO()
     np.save(array, values)
     content = array.getvalue()
@@ -62,7 +62,7 @@ def write(path: Path, values: NDArray[np.float64]) -> None:
 
 
 def read(path: Path) -> NDArray[np.float64] | None:
-    """Return displacements and steps, shape (n, 4); None where none are kept, or damaged."""
+    """Return displacements and steps, shape (n, 4); None if the file is missing or damaged."""
     try:
         content = path.read_bytes()
     except OSError:

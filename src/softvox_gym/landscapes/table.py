@@ -209,7 +209,7 @@ def phased_lattice(phases: int) -> Lattice:
 class Known(NamedTuple):
     """The results of every design of several phases, in order."""
 
-    displacement: NDArray[np.float64]  # (n, 3), voxel widths; NaN where it diverged
+    displacement: NDArray[np.float64]  # (n, 3), voxel widths; NaN if it diverged
     steps: NDArray[np.int32]  # (n,)
 
 

@@ -40,7 +40,7 @@ from softvox_gym.trials.trial import Condition, Trial, several
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Share of the requested cycles: a film that ends at most this much too early counts as complete.
+#: A film that ends at most this share of the requested cycles too early counts as complete.
 SHORT = 0.02
 
 #: Points of each track for dynamic time warping; designs needed for a correlation.
@@ -110,12 +110,12 @@ class Row:
 
     @property
     def design(self) -> Design:
-        """Of all the trials."""
+        """The design of all trials."""
         return self.trials[0].design
 
     @property
     def condition(self) -> Condition:
-        """Of all the trials."""
+        """The condition of all trials."""
         return self.trials[0].condition
 
     @cached_property
@@ -277,7 +277,7 @@ def compare(
     """
     given = several(trials)
     if not given:
-        raise ValueError("there are no trials to compare; give one at least")
+        raise ValueError("there are no trials to compare; give at least one")
     world = Reality.of(physics)
     world = replace(world, name=physics) if isinstance(physics, str) else world
     asked = None if cycles is None else pair(cycles)
@@ -296,7 +296,7 @@ def compare(
     last = max(simulated for _, simulated in over.values())
     if last > MOST_CYCLES:
         raise ValueError(
-            f"a trial goes on for {last:g} cycles, and at most {MOST_CYCLES} are simulated; give "
+            f"a trial lasts {last:g} cycles, but at most {MOST_CYCLES} can be simulated; give "
             "cycles"
         )
     simulated = _simulated(dict.fromkeys(one.design for one in kept), world, last, **options)

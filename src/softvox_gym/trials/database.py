@@ -15,7 +15,7 @@ from softvox_gym.design import called
 from softvox_gym.files import check_folder, write_file
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError, several
 
-#: The form of the files' names.
+#: How the files' names end.
 ENDING = ".json"
 
 
@@ -57,7 +57,7 @@ def check(*folders: Path | str) -> Checked:
     paths = [Path(folder) for folder in folders]
     held, faults = _checked(paths)
     left = [
-        f"{path} is left of a command that was interrupted; delete it, unless one runs now"
+        f"{path} is left from an interrupted command; delete it, unless a command is running"
         for folder in paths
         for path in sorted(folder.glob(".*.json.partial-*"))
     ]
@@ -88,7 +88,7 @@ def add(
         Before anything is written, if the folder has a fault, or two trials, given or in the
         folder, describe the same run differently.
     TypeError
-        For what are no trials.
+        If something else than trials is given.
     """
     folder = Path(folder)
     places: Mapping[Trial, object] = (
@@ -159,10 +159,10 @@ def _files(folder: Path) -> list[Path]:
         names = [path for path in folder.iterdir() if path.suffix == ENDING]
     except FileNotFoundError:
         raise TrialError(
-            f"there is no folder {folder}; name one of trials, or make one: softvox trials add"
+            f"there is no folder {folder}; name another, or make it with softvox trials add"
         ) from None
     except NotADirectoryError:
-        raise TrialError(f"{folder} is a file; name the folder that it is in") from None
+        raise TrialError(f"{folder} is a file; name its folder") from None
     except OSError as error:
         raise TrialError(f"{folder} can't be read ({error.strerror}); name another") from None
     return sorted(path for path in names if not path.name.startswith("."))
@@ -171,21 +171,21 @@ def _files(folder: Path) -> list[Path]:
 def _read(path: Path) -> Trial:
     """Read a file; TrialError that names it if it is no trial or is not named by its digest."""
     if path.exists() and not path.is_file():  # reading a pipe could block
-        raise TrialError(f"{path} is no file; take it out")
+        raise TrialError(f"{path} is not a file; remove it")
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         trial = Trial.from_bytes(content)
     except OSError as error:
         raise TrialError(
-            f"{path} can't be read ({error.strerror}); mend that, or take it out"
+            f"{path} can't be read ({error.strerror}); make it readable, or remove it"
         ) from None
     except TrialError as error:
         raise TrialError(f"{path} {error}") from None
     if path.name != name_of(trial):
         raise TrialError(
-            f"{path} holds another content than its name says; restore it, or, where the change is "
-            f"meant, call it {name_of(trial)}"
+            f"{path} has content that does not match its name; restore it, or, if the change is "
+            f"intended, rename it to {name_of(trial)}"
         )
     return trial
 
@@ -193,7 +193,7 @@ def _read(path: Path) -> Trial:
 def _pairs(
     places: Mapping[Trial, object], key: Callable[[Trial], Any]
 ) -> Iterator[tuple[Trial, Trial]]:
-    """Yield every trial that shares a key, not None, with an earlier one, and that one."""
+    """Yield every trial whose key (other than None) an earlier trial has, and that trial."""
     first: dict[Any, Trial] = {}
     for trial in places:
         own = key(trial)
@@ -206,7 +206,7 @@ def _conflicts(places: Mapping[Trial, object]) -> Iterator[str]:
     for trial, other in _pairs(places, lambda trial: trial.run):
         yield (
             f"{places[trial]} and {places[other]} describe the same run differently "
-            f"({_run(trial)}); if they are two runs, give one another repetition, otherwise keep "
+            f"({_run(trial)}); if they are two runs, change the repetition of one, otherwise keep "
             "one of them"
         )
 
@@ -223,8 +223,8 @@ def _copies(places: Mapping[Trial, object], known: Container[Trial] = ()) -> Ite
     for trial, other in _pairs(places, _track):
         if trial not in known:
             yield (
-                f"{places[trial]} and {places[other]} have the same track, and no two runs do; "
-                "leave out the one that is not of its robot"
+                f"{places[trial]} and {places[other]} have the same track, which no two runs do; "
+                "leave out the one that is attributed to the wrong robot"
             )
 
 

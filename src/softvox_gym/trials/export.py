@@ -14,7 +14,7 @@ TRACK = ("cycle", "x_cm", "y_cm")
 
 
 def as_json_lines(trials: Iterable[Trial]) -> bytes:
-    """Return one line of JSON per trial: its digest, then all that its file says."""
+    """Return one line of JSON per trial: its digest, then everything in its file."""
     lines = (json.dumps(_record(trial), ensure_ascii=False) for trial in trials)
     return "".join(f"{line}\n" for line in lines).encode()
 

@@ -69,7 +69,7 @@ class MeasuredReality(Reality):
         if early:
             raise ValueError(
                 f"{len(early)} of {len(trials)} runs end before {self.cycles:g} cycles: "
-                f"{some(early)}; give fewer cycles, or leave them out"
+                f"{some(early)}; give fewer cycles, or leave these runs out"
             )
         changed = {
             "measured": trials,
@@ -104,7 +104,7 @@ class MeasuredReality(Reality):
     def displacement(self) -> Array:
         """Displacement of every design, voxel widths, the mean over its runs, (6561, 3); dz is 0.
 
-        NaN of a design that nobody measured.
+        NaN if nobody measured the design.
         """
         made = np.full((LATTICE.n_designs, 3), np.nan)
         for design, ends in self._ends.items():
@@ -115,7 +115,7 @@ class MeasuredReality(Reality):
     def spread(self) -> Array:
         """Root mean square distance of a design's runs from that mean, voxel widths, (6561,).
 
-        0 for a single run; NaN for a design that nobody measured.
+        0 for a single run; NaN if nobody measured the design.
         """
         made = np.full(LATTICE.n_designs, np.nan)
         for design, ends in self._ends.items():
@@ -169,8 +169,8 @@ class MeasuredReality(Reality):
         """
         if not self.testable[design]:
             raise ValueError(
-                f"nobody measured design {design} in reality {self.name}; measured are "
-                f"{some(self.designs.tolist())}"
+                f"design {design} was not measured in reality {self.name}; the measured designs "
+                f"are {some(self.designs.tolist())}"
             )
 
     def trials(self, design: NDArray[np.uint8], *_: object, **__: object) -> NoReturn:
@@ -188,8 +188,8 @@ class MeasuredReality(Reality):
     def run(self, *_: object, **__: object) -> NoReturn:
         """Raise an error, as `trials` does."""
         raise ValueError(
-            f"reality {self.name} was measured and can't be simulated; displacement and tracks "
-            f"have what is known, of the designs {some(self.designs.tolist())}"
+            f"reality {self.name} was measured and can't be simulated; its displacement and tracks "
+            f"have the measurements of designs {some(self.designs.tolist())}"
         )
 
     @property
@@ -235,8 +235,8 @@ def from_trials(
     Raises
     ------
     TypeError, ValueError
-        If they are no trials, or of other lattices or of several conditions, or runs end before the
-        cycles; the message names them.
+        If they are not trials, have other lattices or several conditions, or end before the cycles;
+        the message names them.
 
     Examples
     --------
@@ -288,8 +288,8 @@ def pair(cycles: ArrayLike) -> tuple[float, float]:
 def for_cycles(physics: Physics, cycles: float) -> Physics:
     """Return a physics with this many cycles.
 
-    The published physics is unchanged for 15 cycles, its duration apart from the last digits: that
-    landscape ships.
+    For 15 cycles the published physics is returned unchanged, though its duration differs in the
+    last digits, because its landscape ships with the package.
     """
     return physics if abs(cycles - float(physics.cycles)) < EXACT else physics.lasting(cycles)
 
@@ -311,7 +311,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     """Return the trials, checked to form one reality, ordered by design and digest."""
     given = several(trials)
     if not given:
-        raise ValueError("there are no trials; give one at least")
+        raise ValueError("there are no trials; give at least one")
     others = [
         f"{_run(trial)} of {trial.design.lattice}"
         for trial in given
@@ -319,16 +319,16 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
     ]
     if others:
         raise ValueError(
-            f"a reality has the designs of {LATTICE}, and {len(others)} of {len(given)} runs are "
-            f"of others: {some(others)}; leave them out, as --lattice {LATTICE} does"
+            f"a reality has designs of the lattice {LATTICE}, but {len(others)} of {len(given)} "
+            f"runs have others: {some(others)}; leave them out, as --lattice {LATTICE} does"
         )
     for name in Condition._fields:
         counts = Counter(getattr(trial, name) for trial in given)
         if len(counts) > 1:
-            told = (f"{n} with {value or 'none said'}" for value, n in counts.most_common())
+            told = (f"{n} with {value or 'none given'}" for value, n in counts.most_common())
             raise ValueError(
-                f"the trials differ in {name}: {some(told)}; a reality has one, so give those of "
-                "one alone"
+                f"the trials differ in {name}: {some(told)}; a reality has only one, so select the "
+                "trials with one of them"
             )
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
 

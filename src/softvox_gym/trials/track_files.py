@@ -38,15 +38,16 @@ from softvox_gym.real_tracks import (
 )
 from softvox_gym.trials.trial import SIMULATED_VOXEL_CM, Trial, TrialError
 
-#: Units, in cm, that a scale may be instead of a reference length.
+#: Units in cm; a scale may be one of them instead of a reference length.
 UNITS = {"cm": 1.0, "mm": 0.1, "m": 100.0}
 
-#: Errors for a file in cm, in pixels or of another unit whose scale is missing or given twice.
+#: Errors for a missing or needless scale, for files in cm, in pixels or in an unnamed unit.
 SCALES = {
-    "cm": "has x_cm, y_cm; leave --scale out, or call them x_px, y_px",
-    "px": "has pixels; give a reference length, such as --scale 10/437 where 10 cm are 437 pixels",
-    "": "doesn't say its unit; give --scale cm, mm or m, that of Tracker's calibration stick, or a "
-    "reference length",
+    "cm": "has x_cm and y_cm; leave out --scale, or, if they are in pixels, call them x_px and "
+    "y_px",
+    "px": "is in pixels; give a reference length, such as --scale 10/437 if 10 cm are 437 pixels",
+    "": "doesn't name its unit; give --scale cm, mm or m, the unit of Tracker's calibration stick, "
+    "or a reference length",
 }
 
 #: Latest cycle at which a track may begin; it then counts as 0.
@@ -95,7 +96,7 @@ class Film:
         ):
             if not is_good:
                 raise ValueError(f"{name} must be {what}, got {getattr(self, name)}")
-        _ = self.cm  # raises if it is no scale
+        _ = self.cm  # raises if the scale is invalid
 
     @property
     def cm(self) -> float:
@@ -108,7 +109,7 @@ class Film:
             length = of = math.nan
         if not (0 < length < 1e6 and 0 < of < 1e6 and length <= 1000 * of):
             raise ValueError(
-                "scale must be cm, mm, m, or a reference length such as 10/437 where 10 cm are 437 "
+                "scale must be cm, mm, m, or a reference length such as 10/437 if 10 cm are 437 "
                 f"pixels, got {self.scale[:40]!r}"
             )
         return length / of
@@ -197,14 +198,14 @@ def read_track_files(
         for column, option in {"design": own, "repetition": repetition}.items():
             if option is not None and column in tracks[0].said:
                 name = "trial" if column == "repetition" else column
-                raise CsvError(f"{path} has a column {name}, so leave --{column} or it out")
+                raise CsvError(f"{path} has a column {name}; leave out --{column}, or the column")
         provenance = {"file": path.name, "sha256": sha256(content).hexdigest(), "kind": kind}
         for track in tracks:
             said = {"repetition": first, "provenance": provenance, **track.said}
             if own is not None:
                 said = {"design": own, **said}
             if (robot := said.get("design")) is None:
-                raise CsvError(f"{path} says no design; give --design, or a column design")
+                raise CsvError(f"{path} names no design; give --design, or add a column design")
             if "repetition" not in track.said:
                 said["repetition"] += count[robot]
                 count[robot] += 1
@@ -218,7 +219,7 @@ def _tracks(
     """Return the kind of a file, recognised by its content, and its tracks."""
     if content.startswith(b"\x89HDF"):
         raise CsvError(
-            f"{path} is HDF5, and CSV is read; let DeepLabCut write that, by analyze_videos(..., "
+            f"{path} is HDF5, not CSV; let DeepLabCut write CSV, with analyze_videos(..., "
             "save_as_csv=True) or analyze_videos_converth5_to_csv"
         )
     first = content.removeprefix(b"\xef\xbb\xbf")[:7].lower()
@@ -229,9 +230,9 @@ def _tracks(
     else:
         tracks = _csv(path, content, lattice)
         if film.point is not None:
-            raise CsvError(f"{path} gives no names to points; leave --point out")
+            raise CsvError(f"{path} doesn't name its points; leave out --point")
     if film.fps is not None:
-        raise CsvError(f"{path} counts no frames; leave --fps out")
+        raise CsvError(f"{path} has times, not frame numbers; leave out --fps")
     return "tracker" if head else "csv", tracks
 
 
@@ -242,7 +243,7 @@ def _csv(path: Path, content: bytes, lattice: Lattice) -> tuple[Track, ...]:
     if columns not in COLUMNS:
         raise CsvError(
             f"{path}, line 1: the first line must name cycle or t_s, and x_cm,y_cm or x_px,y_px, "
-            "separated by commas, or be as Tracker or DeepLabCut export it, got "
+            "separated by commas, or be that of an export from Tracker or DeepLabCut, got "
             f"{','.join(names)[:60]!r}"
         )
     more = [name for name in ("design", "trial") if name in names]
@@ -254,7 +255,7 @@ def _csv(path: Path, content: bytes, lattice: Lattice) -> tuple[Track, ...]:
             said["repetition"] = int(trial) if is_short else trial  # invalid in a trial
         made.append(Track(points, columns[0], columns[1][2:], points[0][1], said))
     if not made:
-        raise CsvError(f"{path} has no point; add lines, or leave the file out")
+        raise CsvError(f"{path} has no points; add lines, or leave the file out")
     return tuple(made)
 
 
@@ -304,10 +305,10 @@ def _deeplabcut(path: Path, content: bytes, film: Film) -> Track:
     if not {"bodyparts", "coords"} <= set(head):
         raise CsvError(
             f"{path}, line 1: DeepLabCut's files begin with lines scorer, bodyparts and coords; "
-            "export the file anew"
+            "export the file again"
         )
     if film.fps is None:
-        raise CsvError(f"{path} counts frames; give the frames per second of the film, --fps")
+        raise CsvError(f"{path} has frame numbers; give the film's frames per second with --fps")
     parts, names, who = head["bodyparts"], head["coords"], head.get("individuals", [])
     if len(set(who)) > 1:
         parts = [f"{one}/{part}" for one, part in zip(who, parts, strict=False)]
@@ -328,16 +329,16 @@ def _chosen(
     for i, (owner, name) in enumerate(zip(owners, names, strict=False)):
         own = found.setdefault(owner, {})
         if name in wanted and own.setdefault(name, i) != i:
-            raise CsvError(f"{where}: {owner[:40]!r} has {name} twice; export the file anew")
+            raise CsvError(f"{where}: {owner[:40]!r} has {name} twice; export the file again")
     whole = {owner: own for owner, own in found.items() if set(wanted) <= set(own)}
     named = next(iter(whole)) if point is None and len(whole) == 1 else point
     if named is None or named not in whole:
         shown = ", ".join(name[:40] for name in list(whole)[:10])
-        asked = "" if point is None else f", and not of {point!r}"
+        asked = "" if point is None else f", not {point!r}"
         raise CsvError(
-            f"{where}: has {', '.join(wanted)} of {shown}{asked}; name one of them by --point"
+            f"{where}: has {', '.join(wanted)} of {shown}{asked}; choose one of them with --point"
             if whole
-            else f"{where}: no track has {', '.join(wanted)}; export the file with all of them"
+            else f"{where}: no track has {' and '.join(wanted)}; export the file with both"
         )
     return named, {one: whole[named][one] for one in wanted}
 
@@ -370,7 +371,7 @@ def _filled(
         if any(cells[width:]) or len(signs) > 1:
             raise CsvError(
                 f"{path}, line {line}: {len(cells)} values for {width} columns, or numbers with "
-                "both a point and a comma; export the file anew, with tabs between the columns"
+                "both a point and a comma; export the file again, with tabs between columns"
             )
         try:
             time, *at = (number_in(key, text.replace(comma or ".", ".")) for key, text in told)
@@ -383,7 +384,7 @@ def _filled(
             points.append((line, time, at[0], at[1]))
     if not points:
         raise CsvError(
-            f"{path}: {name} is nowhere, or below the likelihood {likelihood:g}, on all "
+            f"{path}: {name} has no position, or a likelihood below {likelihood:g}, on all "
             f"{len(times)} lines; give another --point or a lower --likelihood"
         )
     return Track(points, "t_s", unit, times[0], name=name, left_out=len(times) - len(points))
@@ -393,13 +394,13 @@ def _found(path: Path, track: Track, film: Film, facts: dict[str, Any]) -> Found
     """Return a track as a trial: in cycles, and in cm along the robot's axes."""
     rate = 1.0 if track.clock == "cycle" else facts.get("frequency_hz")
     if rate is None:
-        raise CsvError(f"{path} counts seconds; give --frequency-hz, that of the actuation")
+        raise CsvError(f"{path} has times in seconds; give the actuation's --frequency-hz")
     points = _from_start(path, track, film, rate)
     is_said = {"cm": film.scale in (None, "cm"), "px": film.scale not in (None, *UNITS)}
     if not is_said.get(track.unit, film.scale is not None):
         raise CsvError(f"{path} {SCALES[track.unit]}")
     if track.unit != "px" and film.picture:
-        raise CsvError(f"{path} is not in pixels; leave --picture out")
+        raise CsvError(f"{path} is not in pixels; leave out --picture")
     size = max(facts["design"].shape) * facts["voxel_cm"]
     cos, sin = math.cos(math.radians(film.x_axis_deg)), math.sin(math.radians(film.x_axis_deg))
     cm = film.cm
@@ -429,11 +430,11 @@ def _found(path: Path, track: Track, film: Film, facts: dict[str, Any]) -> Found
 
 
 def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point]:
-    """Return the points from the start of the pump on."""
+    """Return the points since the pump started."""
     check_order(path, track.points, track.clock)
     is_seconds = track.clock == "t_s"
     if film.start_s is not None and not is_seconds:
-        raise CsvError(f"{path} counts cycles from the start of the pump; leave --start-s out")
+        raise CsvError(f"{path} counts cycles from the start of the pump; leave out --start-s")
     start = track.begin if film.start_s is None else film.start_s
     start = start if is_seconds else 0.0
     kept = [point for point in track.points if point[1] >= start or not is_seconds]
@@ -441,39 +442,40 @@ def _from_start(path: Path, track: Track, film: Film, rate: float) -> list[Point
         points = f"{len(kept)} point{'s' * (not kept)}"
         raise CsvError(
             f"{path}, line {track.points[0][0]}: the track has {points} since the start "
-            f"at {start:g}, and needs two; add points, give another --start-s, or take it out"
+            f"at {start:g} s, but needs two; add points, give another --start-s, or take it out"
         )
     late = (kept[0][1] - start) * rate
     if not 0 <= late <= (LATEST if is_seconds else 0):
         raise CsvError(
-            f"{path}, line {kept[0][0]}: the first point is at cycle {late:g}, and a track begins "
-            f"at 0, with the pump; count from there{', or give --start-s' if is_seconds else ''}"
+            f"{path}, line {kept[0][0]}: the first point is at cycle {late:g}, but a track must "
+            "begin at cycle 0, when the pump starts; count from there"
+            f"{', or give --start-s' if is_seconds else ''}"
         )
     return kept
 
 
 def _outside(x: float, y: float, picture: tuple[int, int] | None) -> str:
-    """Return the fault of a point in pixels; nothing if it is inside the picture."""
+    """Return what is wrong with a point in pixels; "" if it is inside the picture."""
     width, height = picture or (math.inf, math.inf)
     if 0 <= x <= width and 0 <= y <= height:
         return ""
     size = f" of {width} x {height} pixels" if picture else ", which begins at 0, 0"
-    return f"({x:g}, {y:g}) leaves the picture{size}; correct it, or leave the line out"
+    return f"({x:g}, {y:g}) is outside the picture{size}; correct it, or leave out the line"
 
 
 def _fault(before: tuple[float, ...], here: tuple[float, ...], size: float) -> str:
-    """Return why a robot of this size in cm can't be there next; nothing if it can.
+    """Return why a robot of this size in cm can't be there next; "" if it can.
 
     It may fall by its length, and walk its length per cycle: the fastest simulated one needs four.
     """
     if not (far := math.hypot(*here[1:])) <= MOST_CM:
         return (
-            f"the point is {far:.4g} cm from the first, and no robot goes {MOST_CM:g}; give "
-            "another --scale, or leave the line out"
+            f"the point is {far:.4g} cm from the first, and no robot goes {MOST_CM:g} cm; correct "
+            "--scale, or leave out the line"
         )
     if (jump := math.dist(here[1:], before[1:])) > (most := size * (1 + here[0] - before[0])):
         return (
-            f"the point is {jump:.3g} cm from the one before, and a robot of {size:g} cm can't go "
-            f"{most:.3g} meanwhile; give another --scale, or leave the line out"
+            f"the point is {jump:.3g} cm from the previous one, but a robot of {size:g} cm goes at "
+            f"most {most:.3g} cm in that time; correct --scale, or leave out the line"
         )
     return ""

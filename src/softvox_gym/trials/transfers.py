@@ -1,4 +1,4 @@
-"""What others carried from a simulator into reality: the paper's Table I."""
+"""How many robots earlier works transferred from simulation to reality: the paper's Table I."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def transfers() -> tuple[Transfer, ...]:
     """Return the 25 works of the table, the paper itself last, in the paper's order.
 
     Source: Kriegman et al., "Scalable sim-to-real transfer of soft robot designs", RoboSoft 2020,
-    Table I: keys, years and counts. Authors, titles and venues are ours.
+    Table I: keys, years and counts. Authors, titles and venues were added here.
 
     Examples
     --------

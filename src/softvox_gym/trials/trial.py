@@ -148,7 +148,7 @@ class Trial:
                 raise TrialError(f"{name} must be one of {', '.join(choices)}, got {shown(value)}")
         is_simulated = self.source == "simulated"
         if self.reality and not is_simulated:
-            raise TrialError("reality is of a simulated trial; leave it out of a measured one")
+            raise TrialError("reality is for simulated trials only; leave it out")
         if is_simulated and self.reality != "published":
             try:
                 reality(self.reality[:40])
@@ -167,8 +167,8 @@ class Trial:
         cycles = changed["cycles"] = float(_rounded("cycle", changed.get("cycles", end)))
         if cycles < end:
             raise TrialError(
-                f"cycles is {cycles:g}, and the track goes on to {end:g}; give all cycles of the "
-                "run, or the frequency at which it was actuated"
+                f"cycles is {cycles:g}, but the track lasts until cycle {end:g}; give the number "
+                "of cycles of the whole run, or correct the frequency of actuation"
             )
         changed["repetition"] = _repetition(self.repetition)
         changed["provenance"] = _provenance(self.provenance)
@@ -195,25 +195,27 @@ class Trial:
             If `to_bytes` would not have written it.
         """
         if len(content) > MOST_BYTES:
-            raise TrialError(f"is larger than {MOST_BYTES:,} bytes, so no trial; take it out")
+            raise TrialError(f"is larger than {MOST_BYTES:,} bytes, which no trial is; remove it")
         try:
             data = json.loads(content)
         except (ValueError, RecursionError) as error:
             line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
-            raise TrialError(f"{line}is no JSON; restore it, or take it out") from None
+            raise TrialError(f"{line}is not valid JSON; restore the file, or remove it") from None
         if not isinstance(data, dict) or data.pop("format", None) != FORMAT:
-            raise TrialError(f"is no trial, which has the format {FORMAT!r}; take it out")
+            raise TrialError(f"is not a trial: its format is not {FORMAT!r}; remove it")
         if type(version := data.pop("version", None)) is not int or version != VERSION:
             raise TrialError(
-                f"is a trial of version {shown(version)}, and this package reads {VERSION}; "
-                "install one that reads it"
+                f"is a trial of version {shown(version)}, but this package reads version "
+                f"{VERSION}; install a version of softvox-gym that reads it"
             )
         if lacking := sorted(_NEEDED - data.keys()):
-            raise TrialError(f"lacks the key {lacking[0]!r}; restore it, or write it anew")
+            raise TrialError(
+                f"lacks the key {lacking[0]!r}; restore the file, or add its track again"
+            )
         if unknown := sorted(data.keys() - {*KEYS}):
             raise TrialError(
-                f"has the unknown key {shown(unknown[0])}; restore it, or install a version that "
-                "knows it"
+                f"has the unknown key {shown(unknown[0])}; restore the file, or install a version "
+                "of softvox-gym that knows the key"
             )
         try:
             lattice = Lattice.of(data.pop("shape"), phases=data.pop("phases"))
@@ -223,16 +225,18 @@ class Trial:
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
             raise TrialError(f"shape or track can't be read ({str(error)[:80]})") from None
         if not isinstance(digits := data.pop("design"), str):
-            raise TrialError(f"design must be a text of its digits, got {shown(digits)}")
+            raise TrialError(f"design must be a string of digits, got {shown(digits)}")
         design = _design(digits, lattice)
         made = cls(design=design, cycle=track[:, 0], position=track[:, 1:], **data)
         if made.digest != sha256(content).hexdigest():
             if b"\r\n" in content:
                 raise TrialError(
-                    "has the line ends of Windows; put '*.json -text' into .gitattributes, and "
-                    "restore it"
+                    "has Windows line endings; put '*.json -text' into .gitattributes, and restore "
+                    "the file"
                 )
-            raise TrialError("is not as softvox trials writes it; restore it, or write it anew")
+            raise TrialError(
+                "differs from what softvox trials writes; restore the file, or add its track again"
+            )
         return made
 
     def to_bytes(self) -> bytes:
@@ -285,19 +289,24 @@ class Trial:
         cycle, position = _array("cycle", self.cycle, 1), _array("position", self.position, 2)
         if position.shape != (len(cycle), 2):
             raise TrialError(
-                f"position must be of shape ({len(cycle)}, 2), as cycle is, got {position.shape}"
+                f"position must have shape ({len(cycle)}, 2), a row for each cycle, got "
+                f"{position.shape}"
             )
         if not 2 <= len(cycle) <= MOST_POINTS:
-            raise TrialError(f"a track has 2 to {MOST_POINTS} points, got {len(cycle)}")
+            raise TrialError(f"a track must have 2 to {MOST_POINTS} points, got {len(cycle)}")
         if cycle[0] != 0 or position[0].any():
-            raise TrialError("a track begins at cycle 0 and position 0, 0; count from its start")
+            raise TrialError(
+                "a track must begin at cycle 0 and position 0, 0; subtract its first point"
+            )
         if (np.diff(cycle) <= 0).any():
             at = int(np.argmax(np.diff(cycle) <= 0)) + 1
-            raise TrialError(f"cycle {cycle[at]:g} comes after {cycle[at - 1]:g}; sort the points")
+            raise TrialError(
+                f"cycle must increase, but {cycle[at]:g} follows {cycle[at - 1]:g}; sort the points"
+            )
         if (far := float(np.hypot(*position.T).max())) > MOST_CM:
             raise TrialError(
-                f"the track goes {far:.4g} cm from its start, and no robot goes {MOST_CM:g}; give "
-                "positions in cm, or the right scale"
+                f"the track goes {far:.4g} cm from its start, and no robot goes {MOST_CM:g} cm; "
+                "give positions in cm, or correct the scale"
             )
         return {"cycle": cycle, "position": position}
 
@@ -314,20 +323,22 @@ _json = json.JSONEncoder(ensure_ascii=False).encode
 
 _HEAD = {"format": FORMAT, "version": VERSION}
 
-#: Of the file, in its order, but for what says the format, the lattice and the track.
+#: Keys of the file, in its order, except those of the format, the lattice and the track.
 _KEYS = tuple(one.name for one in fields(Trial) if one.name not in ("cycle", "position"))
 
-#: Of the file, in its order.
+#: All keys of the file, in its order.
 KEYS = (*_HEAD, "shape", "phases", *_KEYS, "track")
 
 _NEEDED = {"shape", "phases", "design", "surface", "who", "license", "track"}
 
 
 def several(trials: Any) -> tuple[Trial, ...]:
-    """Return trials in the order given; TypeError for what are none, and for one alone."""
+    """Return trials in the order given; TypeError for anything else, and for a single trial."""
     given = tuple(trials) if isinstance(trials, Iterable) else (None,)
     if not all(isinstance(trial, Trial) for trial in given):
-        raise TypeError("trials must be several softvox_gym.trials.Trial, as read(folder) returns")
+        raise TypeError(
+            "trials must be a list of softvox_gym.trials.Trial, as read(folder) returns"
+        )
     return given
 
 
@@ -337,7 +348,7 @@ def _design(design: Any, lattice: Lattice | None = None) -> Design:
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise TrialError(str(error)[:300]) from None
     if not made.n_voxels:
-        raise TrialError("design has no voxels, so no robot is one; give the one that was built")
+        raise TrialError("design has no voxels; give the design that was built")
     return made
 
 
@@ -349,27 +360,27 @@ def _array(name: str, values: ArrayLike, ndim: int) -> Array:
     if array.ndim != ndim:
         raise TrialError(f"{name} must be an array of {ndim} dimensions, got {array.ndim}")
     if not (np.abs(array) <= _LARGEST).all():
-        raise TrialError(f"{name} must be finite numbers of at most a million; leave others out")
+        raise TrialError(f"{name} must be finite numbers up to a million; leave out other points")
     array = _rounded(name, array)
     array.flags.writeable = False
     return array
 
 
 def _rounded(name: str, values: ArrayLike) -> Array:
-    """Return numbers as files have them; ties go where numpy sends them, not where Python does."""
+    """Return numbers rounded as in files; ties round as in NumPy, unlike in Python."""
     return np.asarray(np.asarray(values).round(PLACES[name]) + 0.0)  # no negative zero
 
 
 def _check_text(name: str, value: Any, *, is_needed: bool) -> None:
     if not isinstance(value, str) or len(value) > MOST_CHARACTERS or value != value.strip():
         raise TrialError(
-            f"{name} must be a text of at most {MOST_CHARACTERS} characters, without space around "
-            f"it, got {shown(value)}"
+            f"{name} must be a string of at most {MOST_CHARACTERS} characters without leading or "
+            f"trailing spaces, got {shown(value)}"
         )
     if not value.isprintable():
-        raise TrialError(f"{name} must be printable and one line, got {shown(value)}")
+        raise TrialError(f"{name} must be one line of printable characters, got {shown(value)}")
     if is_needed and not value:
-        raise TrialError(f"{name} is needed, and is empty; say it")
+        raise TrialError(f"{name} is required, but empty; give it")
 
 
 def _check_date(text: str) -> None:
@@ -377,7 +388,7 @@ def _check_date(text: str) -> None:
         if datetime.date.fromisoformat(text).isoformat() == text:
             return
     why = f"must be written as 2026-11-27, got {shown(text)}"
-    raise TrialError(f"date {why if text else 'of a measured trial is needed, as 2026-11-27'}")
+    raise TrialError(f"date {why if text else 'is required if measured; give it as 2026-11-27'}")
 
 
 def _number(name: str, value: Any, above: float, most: float) -> float:
@@ -400,7 +411,7 @@ def _repetition(value: Any) -> int:
 
 def _provenance(values: Any) -> dict[str, str | float]:
     if not isinstance(values, Mapping) or not set(values) <= set(PROVENANCE):
-        raise TrialError(f"provenance may say {', '.join(PROVENANCE)}, got {shown(values)}")
+        raise TrialError(f"provenance may have keys {', '.join(PROVENANCE)}, got {shown(values)}")
     made: dict[str, str | float] = {}
     for name in (name for name in PROVENANCE if name in values):
         value = values[name]
@@ -415,7 +426,7 @@ def _provenance(values: Any) -> dict[str, str | float]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number as an int if it is whole, so that it has one written form."""
+    """Return a number as an int if it is whole: each number has one written form."""
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return {key: _plain(one) for key, one in value.items()} if isinstance(value, dict) else value

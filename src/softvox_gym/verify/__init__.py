@@ -32,23 +32,24 @@ from softvox_gym.verify.trajectories import trajectories
 #: Digest of the published landscape's displacements, on every machine and instruction set.
 GOLDEN = "7bc2ffe3d2e87be874a7775c930c5937eea9c88522328be62a850620578a05b0"
 
-#: Voxel widths: how far the authors' engine, compiled with other flags, agrees with itself.
+#: Difference of the authors' engine from itself, compiled with other flags; voxel widths.
 TOLERANCE = 1e-7
 
-#: Voxel widths. Where voxels contract as well, something in the authors' engine differs this much.
+#: Difference if voxels also contract, where the authors' engine deviates more; voxel widths.
 VARIANT_TOLERANCES = {"both_phases": 2e-7}
 
-#: Voxel widths: a fitness that changes less at half the time step is not the step's doing.
+#: Changes of fitness at half the time step up to this count as small; voxel widths.
 STEP_ERROR = 0.1
 
-#: Voxel widths. Where no voxels touch, the authors' engine took a tenth of the time step.
+#: Difference if no voxels touch, where the authors' engine took a tenth of the time step; voxel
+#: widths.
 LINKLESS_TOLERANCE = 2e-3
 
 _FALLS = "rounding decides its fall"
 
-#: Designs that miss the tolerance, by row of the table: the difference accepted, and why.
-#: These two are mirror symmetric and fall to a side that the last bit decides. The limits are the
-#: spread over 200 runs whose voxels start a random 2e-16 of an edge away.
+#: Designs that miss the tolerance, by row of the table: the accepted difference and the reason.
+#: These two are mirror symmetric, and the last bit decides to which side they fall. The limits are
+#: the spread over 200 runs whose voxels start displaced by a random 2e-16 of an edge.
 EXCEPTIONS = {"clamp": {5455: (0.9, _FALLS), 6453: (0.15, _FALLS)}}
 
 FAMILIES = {
@@ -61,7 +62,7 @@ FAMILIES = {
 
 
 def checks(*, threads: int | None = None) -> Iterator[Row]:
-    """Yield the agreement table row by row, as it is computed; threads as for `simulate`."""
+    """Yield the rows of the agreement table as they are computed; threads as in `simulate`."""
     landscape = simulate(np.arange(N_DESIGNS), threads=threads)
     yield published_top100(landscape.fitness, records("published_top100.csv"))
     yield golden(landscape.displacement)
@@ -84,15 +85,15 @@ def published_top100(fitness: NDArray[np.float64], published: Records) -> Row:
 
 
 def golden(displacement: NDArray[np.float64]) -> Row:
-    """Compare the bits of the published landscape with those that every build should give."""
+    """Compare the bits of the published landscape with those that every build must give."""
     same = np.full(N_DESIGNS, digest(displacement) == GOLDEN)
     return count("digest", same, note="all displacements, to the bit")
 
 
 def half_step(fitness: NDArray[np.float64]) -> Row:
-    """Tell how many designs, fitness of shape (6561,), hardly change at half the time step.
+    """Count the designs whose fitness, shape (6561,), hardly changes at half the time step.
 
-    From the table of the reality half_step that ships with the package.
+    Uses the table of the reality half_step that ships with the package.
     """
     change = np.abs(reality("half_step").landscape()["fitness"] - fitness)
     note = f"the step's own error; {int((change > 1).sum())} change by more than 1"
@@ -100,7 +101,7 @@ def half_step(fitness: NDArray[np.float64]) -> Row:
 
 
 def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) -> Iterator[Row]:
-    """Repeat some of the landscape, shape (6561, 3), on every instruction set: equal to the bit."""
+    """Compare a part of the landscape, shape (6561, 3), bit by bit on every instruction set."""
     some = np.arange(0, N_DESIGNS, 40)
     wanted = displacement[some].view(np.uint64)
     for isa in engine.isa_names():
@@ -111,7 +112,7 @@ def instruction_sets(displacement: NDArray[np.float64], *, threads: int | None) 
 def sample(
     displacement: NDArray[np.float64], tenth: Records, *, threads: int | None = None
 ) -> Iterator[Row]:
-    """Compare the published landscape, shape (6561, 3), with a tenth of the authors'."""
+    """Compare the published landscape, shape (6561, 3), with a tenth of the authors' one."""
     chosen, wanted = np.array(designs(tenth)), numbers(tenth, *AXES)
     linkless, sensitive = flags(tenth, "linkless"), flags(tenth, "sensitive")
     difference = differences(displacement[chosen], wanted)
@@ -131,7 +132,7 @@ def sample(
 def variants(
     changes: Mapping[str, Mapping[str, Any]], measured: Records, *, threads: int | None = None
 ) -> Iterator[Row]:
-    """Compare runs with something changed: displacement, number of steps, time step."""
+    """Compare runs with changed parameters: displacement, number of steps, time step."""
     for name, change in changes.items():
         rows = [row for row in measured if row["variant"] == name]
         physics = replace(Physics.published(), **change)
@@ -163,7 +164,7 @@ def lattices(cases: Sequence[Mapping[str, Any]], *, threads: int | None = None) 
 
 
 def compare_runs(result: Result, rows: Sequence[Mapping[str, Any]]) -> NDArray[np.float64]:
-    """Return the differences in displacement; NaN where the steps are not even the same."""
+    """Return the differences in displacement; NaN if the numbers of steps differ."""
     difference = differences(result.displacement, numbers(rows, *AXES))
     steps, time_step = numbers(rows, "steps", "time_step").T
     same = (result.steps == steps) & np.isclose(result.physics.time_step, time_step, 1e-14, 0)

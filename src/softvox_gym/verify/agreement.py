@@ -1,4 +1,4 @@
-"""How far two sets of numbers agree, as rows of a table with a verdict each."""
+"""The agreement of two sets of numbers, as rows of a table, each with a verdict."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 OK, FAILED, EXCEPTED, NOT_JUDGED = "ok", "FAILED", "known", "not judged"
 
-#: Verdicts of what is reported only.
+#: Verdicts of rows that are only reported.
 UNJUDGED = NOT_JUDGED, NOT_JUDGED
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the agreement table: how many of those compared agree within the tolerance.
+    """A row of the agreement table: how many of the compared agree within the tolerance.
 
-    The largest difference is NaN where a number is missing.
+    The largest difference is NaN if a number is missing.
     """
 
     name: str
@@ -30,12 +30,12 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing speaks against the build."""
+        """Whether the row shows no fault of the build."""
         return self.verdict != FAILED
 
 
 def count(name: str, agree: ArrayLike, *, largest: float | None = None, note: str = "") -> Row:
-    """Return the row of things each of which agrees or does not, shape (n,)."""
+    """Return the row for booleans, shape (n,), of whether each agrees."""
     flags = np.asarray(agree, dtype=bool)
     verdict = OK if flags.all() else FAILED
     return Row(name, verdict, int(flags.sum()), len(flags), largest, note=note)
@@ -49,9 +49,9 @@ def judge(
     verdicts: tuple[str, str] = (OK, FAILED),
     note: str = "",
 ) -> Row:
-    """Hold differences, shape (n,), against a tolerance; a NaN is above it.
+    """Compare differences, shape (n,), with a tolerance; a NaN is above it.
 
-    The verdicts are for where all are within the tolerance, and where one is not.
+    The verdicts are for all within the tolerance, and for any outside it.
     """
     values = np.asarray(difference, dtype=np.float64)
     agree = int(np.count_nonzero(values <= tolerance))
@@ -60,5 +60,5 @@ def judge(
 
 
 def differences(found: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
-    """Return the largest absolute difference in each row; NaN where a number is missing."""
+    """Return the largest absolute difference in each row; NaN if a number is missing."""
     return np.asarray(np.abs(np.subtract(found, wanted)).max(axis=1))

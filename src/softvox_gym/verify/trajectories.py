@@ -1,4 +1,4 @@
-"""Comparing every voxel on its way, not only where the body ends."""
+"""Comparison of the trajectories of every voxel, not only of the final displacement."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from softvox_gym.physics import Physics
 from softvox_gym.simulation import Frames, simulate
 from softvox_gym.verify.agreement import UNJUDGED, Row, differences, judge
 
-#: The files hold some of the steps up to the first number, then every so many.
+#: The files have some of the steps up to the first number, then every `COARSE`-th.
 LAST_FINE_STEP, COARSE = 564, 100
 
 
 def trajectories(
     sensitive: Collection[int], tolerance: float, *, threads: int | None = None
 ) -> Iterator[Row]:
-    """Compare positions and edges of every voxel, in voxel widths, with the carried trajectories.
+    """Compare positions and edges of every voxel, in voxel widths, with the reference trajectories.
 
-    Each design runs at the time step of its file, which is a tenth of the usual one for those whose
-    voxels do not touch. Sensitive designs are reported only.
+    Each design runs at the time step of its file: a tenth of the usual one for designs whose voxels
+    do not touch. Sensitive designs are only reported.
     """
     names = trajectory_names()
     files = [records(f"trajectories/{name}.csv") for name in names]

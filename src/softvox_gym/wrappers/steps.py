@@ -1,4 +1,4 @@
-"""What the wrappers do to a batch of n designs; a single environment is a batch of one."""
+"""The wrappers' work on a batch of n designs; a single environment is a batch of one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Wrapping:
         """
         if asked.heard == []:
             raise TypeError(
-                f"what {type(self).__name__} asks of the environment is lost on the way: a wrapper "
+                f"the requests of {type(self).__name__} don't reach the environment: a wrapper "
                 "inside it makes a new array or list of the action; put that wrapper around "
                 f"{type(self).__name__} instead"
             )
@@ -74,7 +74,7 @@ class JakobiStep(Wrapping):
         self.is_noisy = self.level > 0
         if evaluator_of(env, "JakobiNoise").from_table and self.is_noisy:
             raise ValueError(
-                "JakobiNoise can't disturb what is answered from a table; "
+                "JakobiNoise can't disturb results that come from a table; "
                 "make SoftVox2x2x2-v0 instead"
             )
 
@@ -94,7 +94,7 @@ class ResampleStep(Wrapping):
         self._aggregate = aggregate_of(aggregate)
         evaluator_of(env, "Resample")
         if any(isinstance(link, ResampleStep) for link in chain(env)):
-            raise ValueError("the environment is resampled already; raise that n instead")
+            raise ValueError("the environment is resampled already; increase n there instead")
 
     def before(self, action: Action) -> Action:
         """Ask for the trials."""
@@ -125,7 +125,7 @@ class MeasuredStep(Wrapping):
         self.is_noisy = self.sigma > 0
         if evaluator_of(env, "FitnessNoise").asked:
             raise ValueError(
-                "FitnessNoise measures one number, and the environment has objectives; "
+                "FitnessNoise measures one number, but the environment has objectives; "
                 "evaluate(..., objectives=..., perturbations=[MeasurementNoise(sigma)]) takes both"
             )
 
@@ -159,8 +159,8 @@ def numbered(
     bases = [int(base) for base in space.nvec]
     if (n := prod(bases)) > np.iinfo(np.int64).max:
         raise ValueError(
-            f"DiscreteAction needs an action space that int64 counts, of at most 39 sites with "
-            f"three digits; {len(bases)} are more"
+            f"DiscreteAction needs an action space that int64 can count, at most 39 sites with "
+            f"three digits; got {len(bases)} sites"
         )
     weights = np.cumprod([1, *bases[:-1]], dtype=np.int64)
     return partial(_digits, weights, np.array(bases)), spaces.Discrete(n)

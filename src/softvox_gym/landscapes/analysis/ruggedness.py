@@ -109,7 +109,7 @@ def ruggedness(fitness: NDArray[np.float64]) -> Section:
         "fittest. The correlation length is the number of steps in which correlation falls by a "
         "factor e. The fitness-distance correlation is Pearson's r of fitness and the mutations "
         "to the fittest design (in brackets, to its nearest turned or mirrored image), -1 where "
-        "distance tells all.",
+        "fitness depends on distance alone.",
         columns=(
             Column("k", "k steps, sites or mutations"),
             Column("correlation", "correlation", ".3f"),

@@ -125,8 +125,8 @@ def kinds(fitness: NDArray[np.float64]) -> Section:
         rows.append((name, len(own), *map(float, numbers), int(designs[own.argmax()])))
     return Section(
         title="Kinds of designs",
-        note="A design is in one piece where its voxels are joined by faces. The empty design is "
-        "without active voxel too. The last columns are quantiles of fitness.",
+        note="A design is in one piece if its voxels are joined by faces. The empty design is "
+        "also without active voxels. The last columns are quantiles of fitness.",
         columns=(
             Column("kind", "fitness of"),
             Column("designs", "designs"),
