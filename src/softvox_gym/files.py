@@ -17,6 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+#: Names of what is being written, and of what a killed process left.
+PARTIAL = ".*.partial-*"
+
 
 class OutputError(Exception):
     """A place that results can't be written to; the message says why and how to mend it."""
