@@ -197,6 +197,8 @@ def test_the_steps_are_those_of_this_robot():
     assert "Inlets: A in (1,1,0) towards +y; B in (0,1,1) towards +y." in steps
     assert "glue in 16 cm of 1/32 in tube" in steps
     assert steps.index("leaks") < steps.index("Stack the slices, z = 0, 1")
+    assert "check list), before the slices are stacked." in steps
+    assert "stacked" not in " ".join(plan(Design("02220000")).steps)  # one slice
     assert steps.endswith("Join the 2 tubes, by T connectors, to the pump.")
     phased = plan(Design("22223333", shape=TWO_PHASES)).steps
     assert phased[-1] == "A pump for each phase, in cycles ahead: A at 0; B at 0.5."

@@ -17,6 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+#: Names of what is being written, and of what a killed process left.
+PARTIAL = ".*.partial-*"
+
 
 class OutputError(Exception):
     """Results can't be written to a place; the message gives the reason and the remedy."""

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -241,6 +242,7 @@ def rows(path: Path, content: bytes, delimiter: str = ",") -> Iterator[tuple[int
         ) from None
 
 
+@lru_cache  # every line of a file names one
 def design_in(text: str, lattice: Lattice) -> Design:
     """Return the design that a file names; ValueError if it is invalid or has no voxels."""
     design = written(text, lattice)

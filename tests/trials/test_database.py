@@ -52,14 +52,18 @@ def test_adding_again_changes_nothing_and_tells_what_was_there(folder, tmp_path)
 def test_other_files_are_left_alone(folder):
     (folder / "README.md").write_text("Ours.")
     (folder / ".git").mkdir()
-    (folder / f".{ONE.digest}.json.partial-0123456789ab").write_text("{")
     (folder / ".hidden.json").write_text("{")
     assert database.read(folder) == ALL
-    trials, faults, doubts = database.check(folder)
+    assert database.check(folder) == (ALL, (), ())
+
+
+def test_what_a_killed_process_leaves_is_no_trial_and_is_told(folder, monkeypatch):
+    seen = []
+    monkeypatch.setattr(os, "replace", lambda at, _: seen.append((at, database.check(folder))))
+    database.add(folder, [replace(ONE, repetition=2)])
+    ((left, (trials, faults, doubts)),) = seen
     assert (trials, faults) == (ALL, ())
-    assert [line.partition(" is left from an interrupted")[0] for line in doubts] == [
-        str(folder / f".{ONE.digest}.json.partial-0123456789ab")
-    ]
+    assert [line.partition(" is left from an interrupted")[0] for line in doubts] == [str(left)]
 
 
 def test_a_run_told_twice_is_refused_before_anything_is_written(folder):

@@ -11,10 +11,11 @@ from pseudo_trials import NINE, trials_in
 
 from softvox_gym import Design, Physics, Reality, evaluate, landscape, reality
 from softvox_gym.calibration import calibrate, known_of, tracks_of
-from softvox_gym.cli.trials import cycles
+from softvox_gym.cli.trials import FILTERS, cycles
 from softvox_gym.landscapes.gap import row
 from softvox_gym.noise import Jakobi
 from softvox_gym.trials import Trial, measured
+from softvox_gym.trials.trial import Condition
 
 TRIALS = trials_in("reversal", NINE)
 
@@ -157,10 +158,12 @@ def test_trials_that_are_no_reality_are_refused_by_name():
     refused(
         [one, line(40, pressure_kpa=6.0)], "differ in pressure_kpa: 1 with none given, 1 with 6"
     )
-    refused([one, line(40, frequency_hz=2.0)], "differ in frequency_hz")
-    refused([one, line(40, powder="talc")], "differ in powder")
+    refused([one, line(40, frequency_hz=2.0)], "differ in frequency_hz: .*, as --hz does")
+    refused([one, line(40, powder="talc")], "differ in powder: .*, as --powder does")
     refused([one, *trials_in("reversal", [40])], "in source: 1 with measured, 1 with simulated")
     refused([*trials_in("soft", [17]), *trials_in("reversal", [40])], "differ in reality: 1 with s")
+    options = {measured.OPTIONS.get(name, name).replace("-", "_") for name in Condition._fields}
+    assert options <= {*FILTERS}
     early = rf"1 of 1 runs end before 31 cycles: design 17 \({one.digest[:12]}\) after 30"
     refused([one], early, cycles=31)
     refused([one], "cycles must be a number above 0", cycles=0)

@@ -64,6 +64,20 @@ def test_pixels_and_seconds_become_cm_along_the_robots_axes_and_cycles():
 
 
 @pytest.mark.parametrize(
+    ("content", "film"),
+    [
+        ("t_s,x_px,y_px\n0,100,300\n1,110,260\n", {"scale": "1/10", "y": "up"}),
+        ("t,x,y\n0,10,10\n1,11,14\n", {"scale": "cm", "y": "down"}),
+        ("t_s,x_cm,y_cm\n0,10,10\n1,11,14\n", {"y": "down"}),
+    ],
+)
+def test_a_film_from_below_is_mirrored_and_its_degrees_count_clockwise(content, film):
+    # The robot's +x is up in the picture, and its +y, a mirrored quarter turn on, to the right.
+    trial = one(content, film={**film, "x_axis_deg": -90})
+    assert trial.position[-1].tolist() == [4, 1]
+
+
+@pytest.mark.parametrize(
     ("degrees", "end"), [(0, [1, 2]), (90, [2, -1]), (180, [-1, -2]), (-90, [-2, 1])]
 )
 def test_the_track_is_turned_to_where_the_robots_x_axis_points(degrees, end):
@@ -281,6 +295,11 @@ PIXELS = "t_s,x_px,y_px\n"
 def test_a_malformed_file_is_refused_with_its_name_the_line_and_the_mend(content, film, fault):
     with pytest.raises(CsvError, match=rf"^film\.csv.*{fault}"):
         read(content, film=film)
+
+
+def test_a_file_that_is_given_twice_is_refused():
+    with pytest.raises(CsvError, match=r"^film\.csv is given 2 times; give it once"):
+        read_track_files([FILE, "./film.csv"], design=BEST, **FACTS)
 
 
 def test_what_a_file_and_an_option_both_say_or_neither_is_refused():

@@ -25,7 +25,7 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from softvox_gym.files import write_file
+from softvox_gym.files import PARTIAL, write_file
 from softvox_search.experiment.schema import Problem, UsageError, of_dict
 from softvox_search.log import Columns
 
@@ -297,7 +297,7 @@ def locked(folder: Path, say: Say, *, shared: bool) -> Iterator[None]:
                 "that write there do the same runs twice"
             )
         if not shared:
-            for path in folder.rglob(".*.partial-*"):  # left by a killed process
+            for path in folder.rglob(PARTIAL):  # left by a killed process
                 path.unlink(missing_ok=True)
         yield
     finally:

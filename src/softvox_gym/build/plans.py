@@ -331,7 +331,8 @@ class _Body:
                 f"Inlets: {_some(ways, '; ')}. Make a hole, glue in {thin:.0f} cm of 1/32 in tube "
                 f"with Sil-Poxy; a straight connector joins it to {thick:.0f} cm of 1/16 in tube."
             )
-            yield "Test every group for leaks (check list), before the slices are stacked."
+            when = ", before the slices are stacked" if len(self.levels) > 1 else ""
+            yield f"Test every group for leaks (check list){when}."
         if len(self.levels) > 1:
             order = ", ".join(map(str, self.levels))
             yield f"Stack the slices, z = {order}, and bond them with a thin layer of silicone."

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from softvox_gym.design import called
-from softvox_gym.files import check_folder, write_file
+from softvox_gym.files import PARTIAL, check_folder, write_file
 from softvox_gym.trials.trial import MOST_BYTES, Trial, TrialError, several
 
 #: How the files' names end.
@@ -59,7 +59,7 @@ def check(*folders: Path | str) -> Checked:
     left = [
         f"{path} is left from an interrupted command; delete it, unless a command is running"
         for folder in paths
-        for path in sorted(folder.glob(".*.json.partial-*"))
+        for path in sorted(folder.glob(PARTIAL))
     ]
     return Checked(_sorted(held), tuple(faults), (*left, *_copies(held)))
 

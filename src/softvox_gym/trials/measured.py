@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 
 LATTICE = Lattice()
 
+#: Options of commands that choose trials by a part of their condition, if called otherwise.
+OPTIONS = {"reality": "simulated-in", "pressure_kpa": "kpa", "frequency_hz": "hz"}
+
 #: Tolerance, in cycles, between durations that differ only in the last digits.
 EXACT = 1e-3
 
@@ -328,7 +331,7 @@ def _checked(trials: Iterable[Trial]) -> tuple[Trial, ...]:
             told = (f"{n} with {value or 'none given'}" for value, n in counts.most_common())
             raise ValueError(
                 f"the trials differ in {name}: {some(told)}; a reality has only one, so select the "
-                "trials with one of them"
+                f"trials with one of them, as --{OPTIONS.get(name, name)} does"
             )
     return tuple(sorted(set(given), key=lambda trial: (trial.design.index, trial.digest)))
 

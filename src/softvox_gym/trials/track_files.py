@@ -74,6 +74,7 @@ class Film:
     #: Width and height of the picture in pixels; no point may be outside.
     picture: tuple[int, int] | None = None
     #: "up" or "down", the direction of y in the picture: by default down for positions in pixels.
+    #: The other one mirrors a film from below, whose `x_axis_deg` then counts clockwise.
     y: str | None = None
     #: Direction of the robot's +x axis at the start, counter-clockwise from the picture's right.
     x_axis_deg: float = 0.0
@@ -192,7 +193,10 @@ def read_track_files(
     Trial(design=own or Design(1), cycle=time, position=still, repetition=first, **facts)
     found: list[Found] = []
     count: Counter[Design] = Counter()
-    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
+    files = Counter(map(Path, [paths] if isinstance(paths, str | Path) else paths))
+    for path, times in files.items():
+        if times > 1:
+            raise CsvError(f"{path} is given {times} times; give it once")
         content = paths[path] if isinstance(paths, Mapping) else content_of(path)
         kind, tracks = _tracks(path, content, film, lattice)
         for column, option in {"design": own, "repetition": repetition}.items():

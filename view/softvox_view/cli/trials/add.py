@@ -104,7 +104,10 @@ def add_parser(commands: Any) -> None:
         help="size in pixels; points outside it are errors",
     )
     group.add_argument(
-        "--y", choices=("up", "down"), help="direction of y (default: down in pixels, else up)"
+        "--y",
+        choices=("up", "down"),
+        help="direction of y (default: down in pixels, else up); the other one "
+        "for a film from below, whose --x-axis-deg counts clockwise",
     )
     for name, holds, kind, text in FILM:
         group.add_argument(name, type=kind, metavar=holds, help=text)
