@@ -31,7 +31,7 @@ def out(small, tmp_path):
 
 def test_what_cannot_be_read_meanwhile_is_named():
     error = PermissionError(errno.EACCES, "Permission denied", "theirs/manifest.json")
-    told = r"^theirs/manifest\.json: Permission denied; what is done is kept"
+    told = r"^theirs/manifest\.json: Permission denied; finished work is kept"
     with pytest.raises(BadInputError, match=told), writing(Path("mine")):
         raise error
 
