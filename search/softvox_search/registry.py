@@ -211,7 +211,10 @@ def make(
 
 
 def _options(kind: Any, takes: int, fixed: Mapping[str, Any]) -> dict[str, Any] | None:
-    parameters = list(inspect.signature(kind).parameters.values())
+    try:
+        parameters = list(inspect.signature(kind).parameters.values())
+    except ValueError:  # a type of an extension module may have no signature
+        return None
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         return None
     return {
