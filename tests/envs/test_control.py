@@ -330,7 +330,7 @@ def test_what_is_over_or_not_begun_cant_be_stepped_or_saved():
         ({"groups": "yes"}, TypeError, "groups must be True or False"),
         ({"physics": {"strain": 0.0}}, ValueError, "strain of the physics must be positive"),
         ({"physics": "publishd"}, ValueError, "presets are"),
-        ({"reality": "high_resolution"}, ValueError, "whole ones"),
+        ({"reality": "high_resolution"}, ValueError, "divides voxels .*control can't use"),
         ({"heading": 90.0}, ValueError, "directed has one"),
     ],
 )

@@ -193,14 +193,14 @@ def test_a_budget_that_is_none_is_refused(given, error, message):
         ([6561], "6561 is outside 0 ... 6560"),
         ([-1], "-1 is outside"),
         (np.full((1, 8), 3), "digits 0, 1 and 2 only, got 3"),
-        ([np.nan], "no designs"),
+        ([np.nan], "invalid designs"),
         (np.full((2, 8), np.nan), "must be whole numbers, got float64"),
         (np.full((2, 8), 1.0), "must be whole numbers, got float64"),
         (np.ones((2, 7), dtype=int), "got shape"),
         ([Design([1], shape=(1, 1, 1))], "1x1x1"),
         (np.ones((1, 3, 2, 2), dtype=int), "got shape"),
-        (None, "no designs"),
-        ([[0, 1], [2]], "no designs"),
+        (None, "invalid designs"),
+        ([[0, 1], [2]], "invalid designs"),
     ],
     ids=str,
 )
@@ -371,7 +371,7 @@ def test_a_wrapper_that_doesnt_say_whether_it_is_noisy_is_refused():
 
 def test_a_vector_reward_is_refused():
     oracle = Oracle(lambda n: gym.make_vec(ENV_ID, n, objectives=["voxels"]), Budget(unique=5))
-    with pytest.raises(ValueError, match=r"vector for each reward.*without objectives"):
+    with pytest.raises(ValueError, match=r"reward vectors.*without objectives"):
         oracle.evaluate([1])
 
 
@@ -474,5 +474,5 @@ def test_on_another_lattice_the_cache_and_the_log_work_as_on_2x2x2():
     assert columns["design"].tolist() == [*numbers, *numbers]
     assert columns["cached"].tolist() == [False, False, True, True, True, True]
     assert columns["fitness"][0] == columns["fitness"][3] > 0
-    with pytest.raises(SearcherError, match="no designs"):
+    with pytest.raises(SearcherError, match="invalid designs"):
         oracle.evaluate(np.zeros((1, 8), dtype=int))

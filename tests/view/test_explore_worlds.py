@@ -280,7 +280,7 @@ NO_WEBGL = """{
     [
         ("delete globalThis.DecompressionStream", "message", "no DecompressionStream"),
         ("WebAssembly.validate = () => false", "lacking", "no WebAssembly with SIMD"),
-        (NO_WEBGL, "player", "shows no WebGL 2"),
+        (NO_WEBGL, "player", "has no WebGL 2"),
     ],
 )
 def test_what_a_browser_lacks_is_told(driver, page, without, place, words):

@@ -202,5 +202,5 @@ def test_pages_of_two_rows_have_room_for_their_labels():
 
 def test_more_designs_than_have_room_are_refused(crowded):
     many = type(crowded)(rows=crowded.rows * 3, world=crowded.world, left_out=())
-    with pytest.raises(ValueError, match=f"are 141, and at most {MOST_MORE} have room"):
+    with pytest.raises(ValueError, match=f"has 141 rows, and at most {MOST_MORE} have room"):
         draw_comparison(many)

@@ -74,7 +74,7 @@ def test_trials_of_one_world_are_chosen_among_others(told):
     (small,) = read(Path("other"))[:1]
     add(Path("larger"), [replace(small, design=Design("1" * 27, shape=(3, 3, 3)))])
     refused = told("other", "larger", status=2)
-    assert "a reality has the designs of 2x2x2, and 1 of 3 runs are of others" in refused
+    assert "has designs of the lattice 2x2x2, but 1 of 3 runs have others" in refused
     assert "; 2 runs of 2 designs, " in told("other", "larger", "--lattice=2x2x2")
 
 
