@@ -139,7 +139,8 @@ class Oracle(Method):
 
     def predict(self) -> Array:
         """Return the truth; 0 for designs that nobody measured."""
-        return np.nan_to_num(self.truth)
+        truth: Array = np.nan_to_num(self.truth)
+        return truth
 
     def models(self) -> None:
         """Return None: it needs none."""
