@@ -244,6 +244,17 @@ def _keeps_budgets(subject: _Subject) -> None:
                 may_end or oracle.is_exhausted or oracle.unique >= subject.space.n_designs,
                 f"ended after {oracle.evaluations} evaluations with {budget} not used up",
             )
+            for limit in ("unique", "evaluations"):
+                most, used = getattr(budget, limit), getattr(oracle, limit)
+                subject.require(
+                    most is None or used <= most, f"used {used} of {most} {limit} with {budget}"
+                )
+            cached = oracle.log.columns()["cached"]
+            subject.require(
+                oracle.evaluations == len(cached) and oracle.unique == np.count_nonzero(~cached),
+                f"used {oracle.evaluations} evaluations, {oracle.unique} of them unique, but the "
+                "log has other numbers",
+            )
 
 
 def _text(asked: NDArray[Any]) -> str:
